@@ -90,7 +90,7 @@ def _search(folder: Path, searched: set[Path]) -> Iterator[Path]:
         for child in children:
             if child.is_dir():
                 yield from _search(child, searched)
-            elif child.suffix in _BAG_SUFFIXES and child.is_file():
+            elif child.suffix.lower() in _BAG_SUFFIXES and child.is_file():
                 yield child
 
 

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
 __all__ = ["run"]
 
-# What a recording, or something that is opened like one, is known by; all else is a text log.
-_SOURCE_SUFFIXES = (".bag", ".mcap", ".db3")
 _LOG_SUFFIXES = (".txt", ".csv", ".log", ".dat", ".tsv", ".asc")
 # Under what ``--help`` lists the options of text logs.
 _LOGS = "Text logs"
@@ -195,11 +193,12 @@ def _convert_map(request: _Request) -> None:
 
 def _is_recording(sources: "Sequence[str]") -> bool:
     """Whether ``open_source`` opens what is to be converted."""
+    from echoplan.io.ros import is_bag  # noqa: PLC0415
+
     if len(sources) > 1:
         return False
     path = Path(sources[0])
-    is_folder = any((path / name).is_file() for name in ("pings.csv", "metadata.yaml"))
-    return is_folder or sources[0].startswith("sim:") or path.suffix in _SOURCE_SUFFIXES
+    return sources[0].startswith("sim:") or (path / "pings.csv").is_file() or is_bag(path)
 
 
 def _convert_recording(request: _Request) -> None:

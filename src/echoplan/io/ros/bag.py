@@ -24,15 +24,15 @@ __all__ = ["Bag", "Message", "Topic", "is_bag", "open_bag"]
 
 _SUFFIXES = (".bag", ".mcap", ".db3", ".active", ".zstd", ".zst")
 _STORAGES = ("*.mcap", "*.db3")
+# What a file of each kind begins with, and the suffix by which rosbags knows it.
+_MAGIC = {b"#ROSBAG V": ".bag", b"\x89MCAP0\r\n": ".mcap", b"SQLite format 3\0": ".db3"}
 # By what the reader says (a pattern), in the order in which they are looked for.
 _PROBLEMS = (
     ("end magic", "it was not closed: its end is missing", "repair it with: mcap recover FILE -o repaired.mcap"),
     ("not indexed", "it was not closed: its index is missing", "repair it with: rosbag reindex FILE"),
     ("index looks damaged", "its index is damaged", "repair it with: rosbag reindex FILE"),
     ("Profile is not ros2", "it is an mcap file, but not of ROS 2", "convert it to a ROS 2 bag, or record one"),
-    ("seems to be empty", "the file is empty", "record it again"),
-    ("magic is invalid", "it is no bag, whatever its name says", "check the name"),
-    ("missing tables|not a database", "it is no bag, whatever its name says", "check the name"),
+    ("missing tables", "it is no bag, but another database of SQLite", "check the name"),
     ("files are missing", "a file that metadata.yaml names is missing", "copy the whole folder of the bag"),
     ("[Cc]ompression .*not supported|Unsupported chunk", "its compression is not supported", "use: ros2 bag convert"),
     ("ersion .*not supported", "its version is not supported", "use: ros2 bag convert, or pip install -U rosbags"),
@@ -129,7 +129,7 @@ class Bag:
 
 
 def is_bag(path: Path) -> bool:
-    """Return whether a path is that of a bag: by the suffix of a file, or by what is in a folder.
+    """Return whether a path is that of a bag: by the first bytes or the suffix of a file, or by what is in a folder.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def is_bag(path: Path) -> bool:
     """
     with readable(path):
         if not path.is_dir():
-            return path.suffix in _SUFFIXES
+            return path.suffix.lower() in _SUFFIXES or bool(path.is_file() and _kind_of(path))
         if (path / "pings.csv").exists():
             return False
         return (path / "metadata.yaml").exists() or any(True for form in _STORAGES for _ in path.glob(form))
@@ -177,7 +177,7 @@ def open_bag(path: Path) -> Iterator[Bag]:
         raise MissingExtraError("rosbags", extra="ros") from error
 
     storage = _storage_of(path)
-    is_ros1 = storage.suffix == ".bag"
+    is_ros1 = storage.is_file() and _kind_of(storage) == ".bag"
     with _in_one_line(path):
         reader = (Reader1 if is_ros1 else Reader2)(storage)
         reader.open()
@@ -198,21 +198,38 @@ def _storage_of(path: Path) -> Path:
     check_file(path)
     with readable(path):
         if not path.is_dir():
-            if path.suffix == ".active":
-                remedy = "close it with: rosbag reindex FILE, and name it without .active"
-                raise InputError(path, "it was not closed", remedy=remedy)
-            if path.suffix in (".zstd", ".zst"):
-                raise InputError(
-                    path, "the file is compressed", remedy="name its folder, or decompress it: zstd -d FILE"
-                )
-            path.open("rb").close()
+            _check_kind(path)
             return path
         if (path / "metadata.yaml").exists():
             return path
         found = sorted(each for form in _STORAGES for each in path.glob(form))
     if len(found) > 1:
         raise InputError(path, "metadata.yaml is missing", remedy="restore it with: ros2 bag reindex FOLDER")
-    return found[0]
+    return _storage_of(found[0])
+
+
+def _kind_of(path: Path) -> str:
+    """Return the suffix that the first bytes of a file call for; empty if it is no bag."""
+    with path.open("rb") as file:
+        start = file.read(max(map(len, _MAGIC)))
+    return next((suffix for magic, suffix in _MAGIC.items() if start.startswith(magic)), "")
+
+
+def _check_kind(path: Path) -> None:
+    """Refuse a file that is no bag, was not closed, is compressed, or has the name of another kind."""
+    kind = _kind_of(path)
+    if path.suffix == ".active":
+        remedy = "close it with: rosbag reindex FILE, and name it without .active"
+        raise InputError(path, "it was not closed", remedy=remedy)
+    if path.suffix in (".zstd", ".zst"):
+        raise InputError(path, "the file is compressed", remedy="name its folder, or decompress it: zstd -d FILE")
+    if not path.stat().st_size:
+        raise InputError(path, "the file is empty", remedy="record it again")
+    if not kind:
+        raise InputError(path, "it is no bag, whatever its name says", remedy="check the name")
+    # rosbags knows the kinds of ROS 2 by their suffixes.
+    if path.suffix != kind != ".bag":
+        raise InputError(path, f"it is a {kind} file by its first bytes", remedy=f"name it {path.stem}{kind}")
 
 
 def _typestore(connection: "Connection", raw: bytes, *, path: Path) -> "Typestore":

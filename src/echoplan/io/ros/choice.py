@@ -10,9 +10,9 @@ from echoplan.io.ros.bag import Topic
 from echoplan.io.ros.messages import LASER_SCAN, ODOMETRY, POSES, RANGE, TRANSFORMS
 from echoplan.io.ros.options import BagOptions
 
-__all__ = ["Choice", "choose_topics", "named_topics"]
+__all__ = ["Choice", "choose_topics", "first_names", "named_topics"]
 
-# So many topics are named in an error: a robot has hundreds.
+# So many topics or frames are named in an error: a robot has hundreds.
 _SHOWN = 8
 
 
@@ -61,7 +61,11 @@ def choose_topics(topics: Sequence[Topic], options: BagOptions, *, path: Path) -
 
 def named_topics(topics: Iterable[Topic]) -> str:
     """Name topics and their types for an error."""
-    names = [f"{topic.name} ({topic.type})" for topic in topics]
+    return first_names([f"{topic.name} ({topic.type})" for topic in topics])
+
+
+def first_names(names: Sequence[str]) -> str:
+    """Join names for an error, but not hundreds of them."""
     more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
     return ", ".join(names[:_SHOWN]) + more
 

@@ -52,15 +52,26 @@ class Frames:
         """Names of all frames."""
         return {step.start for step in self.steps}
 
+    def find(self, name: str) -> str | None:
+        """Find a frame by its name, or else by the last part of it (``robot1/odom``) if only one frame ends so."""
+        ending = [each for each in self.names if each.rpartition("/")[2] == name]
+        if name in ending:
+            return name
+        return ending[0] if len(ending) == 1 else None
+
 
 def frames_of(contents: Mapping[SeriesKey, Series]) -> Frames:
-    """Gather all transforms; one on /tf that never changes is as fixed as one on /tf_static."""
+    """Gather all transforms; one on /tf that never changes is as fixed as one on /tf_static.
+
+    Those with numbers that are not finite, or with an orientation that was never set, are left out.
+    """
     steps = []
-    for key, series in contents.items():
+    for key, recorded in contents.items():
         if key.role not in (Role.FIXED_TRANSFORM, Role.MOVING_TRANSFORM) or key.frame == key.child:
             continue
-        is_rotation = np.isfinite(series.values).all(axis=1) & (np.abs(series.values[:, 3:]).max(axis=1) > 0.0)
-        if not is_rotation.all():
+        finite = recorded.finite()
+        series = finite[np.flatnonzero(finite.values[:, 3:].any(axis=1))]
+        if not len(series):
             continue
         is_same = bool((series.values == series.values[0]).all()) or np.ptp(series.stamps_ns) == 0
         is_fixed = key.role is Role.FIXED_TRANSFORM or bool(is_same)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from echoplan.arrays import BoolArray, FloatArray, IntArray
-from echoplan.errors import InputError
+from echoplan.errors import InputError, UnknownNameError
 from echoplan.geometry import compose, identity, invert, wrap
 from echoplan.io.ros.contents import BagContents
 from echoplan.io.ros.frames import Step, plane_pose, span_ns, transforms_along, way_between
@@ -16,7 +16,7 @@ from echoplan.io.ros.messages import LASER_SCAN
 from echoplan.io.ros.readings import Readings
 from echoplan.io.ros.series import Series, SeriesKey, interpolate
 
-__all__ = ["Mounting", "mountings_of"]
+__all__ = ["Mounting", "mountings_of", "names_of"]
 
 # A mounting that varies by less is rigid [m, rad]: a suspension sways so far, and a step of a servo is no smaller.
 _RIGID, _RIGID_TURN = 0.01, math.radians(0.5)
@@ -63,18 +63,29 @@ class Mounting:
 def mountings_of(read: BagContents, readings: Readings, *, base: str) -> dict[SeriesKey, Mounting]:
     """Find where each sensor is mounted and how a servo turns it.
 
-    Raises ``InputError`` if there is no transform to a sensor, or it moves in any way but about one upright axis.
+    Raises ``InputError`` if there is no transform to a sensor, or it moves in any way but about one upright axis, and
+    ``UnknownNameError`` if the user states the mounting of a sensor that is not read.
     """
-    stated = {mount.frame: np.array([mount.x, mount.y, mount.yaw]) for mount in read.options.mounts}
+    stated = _stated_poses(read, readings)
     found: dict[SeriesKey, Mounting] = {}
     for key, series in readings.items():
-        pose = next((stated[name] for name in _names_of(key) if name in stated), None)
+        pose = next((stated[name] for name in names_of(key) if name in stated), None)
         mounting = _transformed(read, key, series=series, base=base) if pose is None else _rigid(pose, len(series))
         found[key] = _turned(read, key, series=series, mounting=mounting)
     return found
 
 
-def _names_of(key: SeriesKey) -> list[str]:
+def _stated_poses(read: BagContents, readings: Readings) -> dict[str, FloatArray]:
+    """Return the poses that the user states, shape (3,) [m, m, rad], by the names of their sensors."""
+    known = {name for key in readings for name in names_of(key)}
+    unknown = [mount.frame for mount in read.options.mounts if mount.frame not in known]
+    # Without readings, that is what is wrong.
+    if known and unknown:
+        raise UnknownNameError("sensor of --mount", unknown[0], known=known)
+    return {mount.frame: np.array([mount.x, mount.y, mount.yaw]) for mount in read.options.mounts}
+
+
+def names_of(key: SeriesKey) -> list[str]:
     """Name a sensor: by its field if its message has several, by its frame, by its topic."""
     return [name for name in (key.child, key.frame, key.topic.strip("/")) if name]
 
@@ -87,7 +98,7 @@ def _transformed(read: BagContents, key: SeriesKey, *, series: Series, base: str
         # Messages of a type of its own, and not a word about frames: a sensor at the middle of its robot.
         return replace(_rigid(identity(), len(series)), is_assumed=True)
     problem = f"there is no transform from {base} to {key.frame}" if key.frame else "its messages name no frame"
-    mount = f"state where it is mounted: --mount {_names_of(key)[0]}=X,Y,YAW [m, m, rad]"
+    mount = f"state where it is mounted: --mount {names_of(key)[0]}=X,Y,YAW [m, m, rad]"
     remedy = f"record /tf_static (and /tf), {mount}, or name the other topics with --topic"
     raise InputError(read.path, problem, place=key.topic, remedy=remedy)
 

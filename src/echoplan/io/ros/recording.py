@@ -8,7 +8,7 @@ import numpy as np
 from echoplan.errors import InputError
 from echoplan.io.files import by_name
 from echoplan.io.ros.contents import BagContents, read_contents
-from echoplan.io.ros.mounting import Mounting, mountings_of
+from echoplan.io.ros.mounting import Mounting, mountings_of, names_of
 from echoplan.io.ros.options import BagOptions
 from echoplan.io.ros.readings import Readings, notes_about_infrared, notes_about_ranges, ranges_of, sonar_readings
 from echoplan.io.ros.sensors import sensor_of
@@ -70,7 +70,12 @@ def recording_of(read: BagContents) -> Recording:
         for key, mounting in mountings.items()
         if mounting.is_assumed
     ]
-    notes += [f"{key.frame} points at the floor or the ceiling and is left out." for key in mounted.keys() - mountings]
+    notes += [
+        f"{key.frame} points at the floor or the ceiling and is left out; to keep it, state where it is mounted: "
+        f"--mount {names_of(key)[0]}=X,Y,YAW [m, m, rad]."
+        for key in mounted
+        if key not in mountings
+    ]
     if lost:
         total = lost + len(pings)
         notes.append(f"{lost} of {total} readings are left out: the pose or the servo angle then is not known.")
@@ -87,7 +92,8 @@ def recording_of(read: BagContents) -> Recording:
 def _common_turret(mountings: Mapping[SeriesKey, Mounting], *, path: Path) -> Mounting:
     """Return a mounting on the one turret that turns all sensors, or on the base if none turns any."""
     if not mountings:
-        raise InputError(path, "no sensor in it meets walls", remedy="check the mounting of the sensors in /tf_static")
+        remedy = "check the mounting of the sensors in /tf_static, or state it: --mount FRAME=X,Y,YAW [m, m, rad]"
+        raise InputError(path, "all sensors point at the floor or the ceiling", remedy=remedy)
     joints = {mounting.joint: key.topic for key, mounting in mountings.items()}
     if len(joints) > 1:
         states = (f"{topic} {f'turns with {joint}' if joint else 'is fixed'}" for joint, topic in joints.items())

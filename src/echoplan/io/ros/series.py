@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from echoplan.arrays import BoolArray, FloatArray, IntArray
+from echoplan.arrays import BoolArray, FloatArray, IntArray, chosen_items
 from echoplan.geometry import wrap
 
 __all__ = ["READING", "Role", "Row", "Series", "SeriesKey", "as_contents", "interpolate"]
@@ -76,10 +76,13 @@ class Series:
         column: FloatArray = self.values[:, READING[name]]
         return column
 
+    def __getitem__(self, chosen: BoolArray | IntArray) -> "Series":
+        """Return some of the entries."""
+        return chosen_items(self, chosen)
+
     def finite(self) -> "Series":
         """Leave out what has a number that is not finite."""
-        kept = np.isfinite(self.values).all(axis=1)
-        return Series(log_ns=self.log_ns[kept], stamps_ns=self.stamps_ns[kept], values=self.values[kept])
+        return self[np.flatnonzero(np.isfinite(self.values).all(axis=1))]
 
 
 def as_contents(rows: Iterable[Row]) -> dict[SeriesKey, Series]:

@@ -7,6 +7,7 @@ import numpy as np
 
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.errors import InputError
+from echoplan.io.ros.choice import first_names
 from echoplan.io.ros.contents import BagContents
 from echoplan.io.ros.frames import Step, plane_pose, span_ns, transforms_along, way_between
 from echoplan.io.ros.series import Role, Series, interpolate
@@ -43,7 +44,7 @@ class Trajectory:
 def base_frame_of(read: BagContents) -> str:
     """Name the frame of the robot: that of which odometry speaks, else the usual one."""
     children = [key.child for key in read.of_role(Role.POSE) if key.child]
-    usual = [name for name in _BASES if name in read.frames.names]
+    usual = [frame for name in _BASES if (frame := read.frames.find(name))]
     return (children or usual or list(_BASES))[0]
 
 
@@ -70,11 +71,13 @@ def trajectory_of(read: BagContents) -> Trajectory:
 
 
 def _of_transforms(read: BagContents, base: str) -> Trajectory:
-    for world in _WORLDS:
+    for world in filter(None, map(read.frames.find, _WORLDS)):
         way = way_between(read.frames, world, end=base)
         if way and not all(step.is_fixed for step in way):
             return Trajectory(origin=f"the transforms from {world} to {base}", base=base, series=_of_way(way))
     problem = f"nothing in it says where the robot was: no nav_msgs/Odometry and no transform from odom to {base}"
+    if read.frames.names:
+        problem += f" (its frames are {first_names(sorted(read.frames.names))})"
     raise InputError(read.path, problem, remedy=f"record /odom, or name a topic of poses with --odom; {_STAND_STILL}")
 
 

@@ -2,6 +2,7 @@
 
 import builtins
 import random
+import sqlite3
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -35,15 +36,40 @@ WRITTEN: dict[str, Callable[[Path], Path]] = {
 
 
 def test_bags_are_known_by_their_names_or_what_is_in_a_folder(tmp_path: Path) -> None:
-    assert [name for name in ("a.bag", "a.mcap", "a.db3", "a.csv", "a", "a.bag.active") if is_bag(tmp_path / name)] == [
-        *("a.bag", "a.mcap", "a.db3", "a.bag.active")
-    ]
+    names = ("a.bag", "a.mcap", "a.db3", "a.csv", "a", "a.bag.active", "A.BAG")
+    assert [name for name in names if is_bag(tmp_path / name)] == ["a.bag", "a.mcap", "a.db3", "a.bag.active", "A.BAG"]
     (tmp_path / "run").mkdir()
     assert not is_bag(tmp_path / "run")
     (tmp_path / "run" / "metadata.yaml").touch()
     assert is_bag(tmp_path / "run")
     (tmp_path / "run" / "pings.csv").touch()
     assert not is_bag(tmp_path / "run")
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_bags_are_known_by_their_first_bytes_whatever_their_names_are(name: str, tmp_path: Path) -> None:
+    assert is_bag(WRITTEN[name](tmp_path / name).rename(tmp_path / "recorded today"))
+
+
+@pytest.mark.parametrize("name", ["RUN.BAG", "run", "run.mcap"])
+def test_a_bag_of_ros_1_is_read_whatever_its_name_is(name: str, tmp_path: Path) -> None:
+    assert len(read_bag(WRITTEN["run.bag"](tmp_path / name))) == 2
+
+
+@pytest.mark.parametrize(("written", "name"), [("run.mcap", "run.bag"), ("run.mcap", "run.db3"), ("run.db3", "run")])
+def test_a_bag_of_ros_2_with_the_name_of_another_kind_is_refused(written: str, name: str, tmp_path: Path) -> None:
+    path = WRITTEN[written](tmp_path / written).rename(tmp_path / name)
+    suffix = Path(written).suffix
+    with pytest.raises(InputError, match=rf"{name}: it is a \{suffix} file by its first bytes; name it run\{suffix}"):
+        read_bag(path)
+
+
+def test_another_database_is_refused(tmp_path: Path) -> None:
+    database = sqlite3.connect(tmp_path / "run.db3")
+    database.execute("CREATE TABLE notes(text)")
+    database.close()
+    with pytest.raises(InputError, match=r"run\.db3: it is no bag, but another database of SQLite; check the name"):
+        read_bag(tmp_path / "run.db3")
 
 
 def test_a_folder_without_metadata_is_read_if_it_has_one_file(tmp_path: Path) -> None:

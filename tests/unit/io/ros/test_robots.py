@@ -133,6 +133,38 @@ def test_without_odometry_the_poses_are_those_of_the_transforms(tmp_path: Path) 
     np.testing.assert_allclose(poses[[0, 10], 0], [0.5 * np.cos(0.2), 1.0 + 0.5 * np.cos(0.2)], atol=1e-6)
 
 
+def following(*shifts: float, prefix: str = "") -> Iterator[Sent]:
+    """Transforms of a robot at some places along x, one each tenth of a second."""
+    for number, x in enumerate(shifts):
+        now = NOON_NS + number * SECOND // 10
+        yield Sent("/tf", now, ROBOT.transform(f"{prefix}odom", f"{prefix}base_link", (x, 0.0, 0.0), stamp_ns=now))
+
+
+@pytest.mark.parametrize("orientation", [np.nan, 0.0])
+def test_a_transform_that_is_not_finite_or_was_never_set_is_left_out(orientation: float, tmp_path: Path) -> None:
+    sent = list(following(0.0, 0.1, 0.2, 0.3, 0.4))
+    rotation = sent[2].message.transforms[0].transform.rotation
+    for name in ("x", "y", "z", "w"):
+        object.__setattr__(rotation, name, orientation)
+    found = read_bag(written(tmp_path, facing_ahead(count=5), iter(sent)))
+    poses = np.concatenate([sweep.map_from_base for sweep in found])
+    np.testing.assert_allclose(poses[:, 0], [0.0, 0.1, 0.2, 0.3, 0.4], atol=1e-9)
+
+
+def test_frames_may_have_the_name_of_the_robot_before_them(tmp_path: Path) -> None:
+    def sensor(robot: str) -> Iterator[Sent]:
+        yield Sent("/tf_static", NOON_NS, ROBOT.transform(f"{robot}/base_link", f"{robot}/sonar", (0.1, 0.0, 0.0)))
+        yield from (each for each in facing_ahead(frame=f"{robot}/sonar") if each.topic == "/range")
+
+    found = read_bag(written(tmp_path, sensor("robot1"), following(0.0, 0.1, 0.2, prefix="robot1/")))
+    assert found.sweeps[1].map_from_base[0, 0] == pytest.approx(0.1)
+    one, other = (following(0.0, 0.1, 0.2, prefix=f"robot{number}/") for number in (1, 2))
+    with pytest.raises(
+        InputError, match=r"its frames are robot1/base_link, robot1/odom, robot1/sonar, robot2/base_link"
+    ):
+        read_bag(written(tmp_path, sensor("robot1"), one, other))
+
+
 def test_the_base_is_the_frame_of_which_odometry_speaks(tmp_path: Path) -> None:
     lower = iter([Sent("/tf_static", NOON_NS, ROBOT.transform("base_footprint", "base_link", (0.5, 0.0, 0.0)))])
     found = read_bag(written(tmp_path, lower, facing_ahead(), driving_along_x(child="base_footprint")))
@@ -167,7 +199,20 @@ def test_a_sensor_that_looks_at_the_floor_is_left_out(tmp_path: Path) -> None:
     mount = iter([Sent("/tf_static", NOON_NS, ROBOT.transform("base_link", "cliff", (0.2, 0.0, 0.0), pitch=1.5))])
     found = read_bag(written(tmp_path, facing_ahead(), mount, cliff, driving_along_x()))
     assert len(found.rig.sensors) == 1
-    assert found.notes == ("cliff points at the floor or the ceiling and is left out.",)
+    remedy = "to keep it, state where it is mounted: --mount cliff=X,Y,YAW [m, m, rad]."
+    assert found.notes == (f"cliff points at the floor or the ceiling and is left out; {remedy}",)
+
+
+def test_sensors_that_look_at_the_floor_are_named_in_the_order_of_their_topics(tmp_path: Path) -> None:
+    names = [f"cliff_{number}" for number in range(1, 9)]
+    down = [
+        Sent("/tf_static", NOON_NS, ROBOT.transform("base_link", name, (0.2, 0.0, 0.0), pitch=1.5)) for name in names
+    ]
+    cliffs = [
+        each._replace(topic=f"/{name}") for name in names for each in facing_ahead(frame=name) if each.topic == "/range"
+    ]
+    found = read_bag(written(tmp_path, facing_ahead(), iter(down), iter(cliffs), driving_along_x()))
+    assert [note.split()[0] for note in found.notes] == names
 
 
 def test_sensors_may_be_mounted_by_the_user(tmp_path: Path) -> None:
@@ -175,6 +220,15 @@ def test_sensors_may_be_mounted_by_the_user(tmp_path: Path) -> None:
     path = written(tmp_path, iter(sent), driving_along_x())
     found = read_bag(path, parse_bag_options(mounts=["sonar=0.2,-0.1,1.5"]))
     assert found.rig.turret_from_sensors.tolist() == [[0.2, -0.1, 1.5]]
+
+
+def test_a_stated_mounting_of_no_sensor_is_refused(tmp_path: Path) -> None:
+    path = written(tmp_path, facing_ahead(), driving_along_x())
+    message = r"unknown sensor of --mount 'sonr'; did you mean 'sonar'\? known: range, sonar"
+    with pytest.raises(UnknownNameError, match=message):
+        read_bag(path, parse_bag_options(mounts=["sonr=0.2,-0.1,1.5"]))
+    with pytest.raises(InputError, match="no topic has ranges of sonar"):
+        read_bag(written(tmp_path, driving_along_x()), parse_bag_options(mounts=["sonr=0.2,-0.1,1.5"]))
 
 
 def test_stamps_of_another_clock_are_replaced_by_the_times_of_recording(tmp_path: Path) -> None:
@@ -293,8 +347,8 @@ REFUSED = {
         [facing_ahead()],
         {},
         """run.mcap: nothing in it says where the robot was: no nav_msgs/Odometry and no transform from odom to
-        base_link; record /odom, or name a topic of poses with --odom; if the robot stood still, add --field x=0
-        --field y=0 --field yaw=0""",
+        base_link (its frames are base_link, sonar); record /odom, or name a topic of poses with --odom; if the robot
+        stood still, add --field x=0 --field y=0 --field yaw=0""",
     ),
     "no ranges": (
         [driving_along_x()],
