@@ -31,6 +31,7 @@ __all__ = [
     "find_route",
     "find_truth",
     "find_world",
+    "has_rig_file",
     "notes_of",
     "open_source",
     "summary_of_bag",
@@ -235,6 +236,11 @@ def find_truth(source: Source) -> Truth | None:
 def conventions_of(source: Source) -> Conventions:
     """Return how the recording behind a source is written; SI and REP 103 where there is none."""
     return source.conventions if isinstance(source, RecordingFolder) else Conventions()
+
+
+def has_rig_file(source: Source) -> bool:
+    """Return whether a source has a ``rig.toml``: bags and simulations have none."""
+    return isinstance(source, RecordingFolder)
 
 
 def notes_of(source: Source) -> tuple[str, ...]:

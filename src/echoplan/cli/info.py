@@ -42,7 +42,13 @@ def run(
     from echoplan.diagnosis import examine  # noqa: PLC0415 - --help must not wait for NumPy
     from echoplan.io.text import format_json  # noqa: PLC0415
     from echoplan.preprocessing import find_faults, recording_statistics  # noqa: PLC0415
-    from echoplan.sources import conventions_of, notes_of, open_source, summary_of_bag  # noqa: PLC0415
+    from echoplan.sources import (  # noqa: PLC0415
+        conventions_of,
+        has_rig_file,
+        notes_of,
+        open_source,
+        summary_of_bag,
+    )
 
     bag = bag_options(topic, odom, field, mount)
     summary = summary_of_bag(source, bag)
@@ -57,7 +63,8 @@ def run(
     sweeps = tuple(Progressing(opened, "reading"))
     found, faults = recording_statistics(sweeps, opened.rig), find_faults(sweeps, opened.rig)
     with busy("checking the recording"):
-        quality = examine(opened.rig, sweeps, conventions=conventions_of(opened))
+        conventions = conventions_of(opened)
+        quality = examine(opened.rig, sweeps, conventions=conventions, has_rig_file=has_rig_file(opened))
     if as_json:
         document |= _document(opened.name, opened.rig, found, faults)
         put(format_json({**document, "notes": list(notes_of(opened)), "quality": asdict(quality)}))

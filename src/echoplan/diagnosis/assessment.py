@@ -80,7 +80,12 @@ class Measures:
 
 
 def assess(
-    feature_map: FeatureMap, rig: Rig, sweeps: Sequence[Sweep], *, conventions: Conventions | None = None
+    feature_map: FeatureMap,
+    rig: Rig,
+    sweeps: Sequence[Sweep],
+    *,
+    conventions: Conventions | None = None,
+    has_rig_file: bool = True,
 ) -> Quality:
     """Return the quality of a map: verdict, reasons and next step.
 
@@ -94,6 +99,8 @@ def assess(
         All sweeps of the recording, as recorded.
     conventions : Conventions, optional
         Conventions of the recording, as in ``rig.toml``; SI and REP 103 by default.
+    has_rig_file : bool, optional
+        Whether the recording has a ``rig.toml`` that the next step may name; a bag has none.
 
     Returns
     -------
@@ -107,10 +114,12 @@ def assess(
     'failed'
     """
     now = conventions or Conventions()
-    return _quality(_measured(feature_map, rig, sweeps, now), now)
+    return _quality(_measured(feature_map, rig, sweeps, now), now, has_rig_file=has_rig_file)
 
 
-def examine(rig: Rig, sweeps: Sequence[Sweep], *, conventions: Conventions | None = None) -> Quality:
+def examine(
+    rig: Rig, sweeps: Sequence[Sweep], *, conventions: Conventions | None = None, has_rig_file: bool = True
+) -> Quality:
     """Check a recording before mapping for faults and wrong conventions.
 
     That few echoes are consistent is no fault: odometry drifts, and mapping corrects it.
@@ -123,6 +132,8 @@ def examine(rig: Rig, sweeps: Sequence[Sweep], *, conventions: Conventions | Non
         All sweeps, as recorded.
     conventions : Conventions, optional
         Conventions of the recording, as in ``rig.toml``; SI and REP 103 by default.
+    has_rig_file : bool, optional
+        Whether the recording has a ``rig.toml`` that the next step may name; a bag has none.
 
     Returns
     -------
@@ -143,12 +154,13 @@ def examine(rig: Rig, sweeps: Sequence[Sweep], *, conventions: Conventions | Non
         remedies = find_remedies(cleaned, rig, conventions=now) if is_strange else ()
         misplaced = () if remedies else misplaced_stations(turned, rig)
         measures = replace(measures, misplaced=misplaced, remedies=remedies)
-    return _quality(measures, now)
+    return _quality(measures, now, has_rig_file=has_rig_file)
 
 
-def _quality(measures: Measures, now: Conventions) -> Quality:
+def _quality(measures: Measures, now: Conventions, *, has_rig_file: bool) -> Quality:
     verdict, why = verdict_of(measures), reasons(measures, now)
-    return Quality(verdict=verdict, reasons=why, next_step=next_step(measures, now) if why else "")
+    step = next_step(measures, now, has_rig_file=has_rig_file) if why else ""
+    return Quality(verdict=verdict, reasons=why, next_step=step)
 
 
 def verdict_of(measures: Measures) -> Verdict:

@@ -22,7 +22,8 @@ _SENSORS: Mapping[SensorFaultKind, str] = {
     ),
     SensorFaultKind.BLIND_VALUE: (
         "reads {value} in {percent} % of its readings, and nothing nearer: that stands for anything too close. These "
-        "readings are left out. Set min_range in rig.toml to the least distance that the module can measure."
+        "readings are left out. Set min_range, in rig.toml or for a bag with --field, to the least distance that the "
+        "module can measure."
     ),
     SensorFaultKind.FIXED_VALUE: (
         "reads {value} in {percent} % of its readings, also from places where nothing is at that distance. These "

@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 
 __all__ = ["next_step", "reasons"]
 
-_ELSEWHERE = "Run echoplan info on the recording to check the readings, and check rig.toml and the poses."
+_ELSEWHERE = "Run echoplan info on the recording to check the readings, and check {mountings} and the poses."
+# Bags and simulations have neither file; a recording that is made of one has both.
+_CONVERT = " It has no such file yet: echoplan convert SOURCE --to rec/ writes pings.csv and rig.toml. Map rec/ then."
 _RECORD = "Record again as the first reason says."
 _POINTS = "Map it with --method point-plot, whose map nothing checks."
 _COMPARE = "Measure some walls of the room to check the map: nothing else checks it."
@@ -72,27 +74,29 @@ def _shares(measures: "Measures") -> Iterator[str]:
         yield f"Only {confirmed} of the echoes come from something that a second station detects, too."
 
 
-def next_step(measures: "Measures", now: Conventions) -> str:
-    """Return what to do about the first reason."""
+def next_step(measures: "Measures", now: Conventions, *, has_rig_file: bool = True) -> str:
+    """Return what to do about the first reason, in the files of the recording if it has any."""
+    convert = "" if has_rig_file else _CONVERT
     if measures.remedies:
         best, *rivals = measures.remedies
         otherwise = "".join(f" If {_problem(each, now)}, {_what_to_set(each, now)} instead." for each in rivals[:1])
-        return f"{_capital(_what_to_set(best, now))} and map again.{otherwise}"
+        return f"{_capital(_what_to_set(best, now))} and map again.{otherwise}{convert}"
     if measures.faults.recording:
         return _otherwise_recorded(measures)
     if measures.misplaced:
         sweeps = " and ".join(str(each.sweep) for each in measures.misplaced)
-        return f"Check x, y and yaw of sweep {sweeps} in pings.csv, or leave the sweep out, and map again."
-    return _what_to_check(measures)
+        return f"Check x, y and yaw of sweep {sweeps} in pings.csv, or leave the sweep out, and map again.{convert}"
+    return _what_to_check(measures, has_rig_file=has_rig_file)
 
 
-def _what_to_check(measures: "Measures") -> str:
+def _what_to_check(measures: "Measures", *, has_rig_file: bool) -> str:
     """Return what to check where no cause is known."""
     if measures.faults.sensors:
         return _FINDINGS
     if measures.odd_sensor is not None:
         return f"Check where sensor {measures.odd_sensor} is mounted and looks, and its wiring; then map again."
-    return _JOINT if measures.unchecked else _ELSEWHERE
+    elsewhere = _ELSEWHERE.format(mountings="rig.toml" if has_rig_file else "where the sensors are mounted")
+    return _JOINT if measures.unchecked else elsewhere
 
 
 def _otherwise_recorded(measures: "Measures") -> str:

@@ -17,7 +17,7 @@ from echoplan.mapping.progress import SILENT, Progress
 from echoplan.mapping.result import MapResult
 from echoplan.methods import find_method, grid_of, map_sweeps, observations_of
 from echoplan.model import Source, Sweep, Truth
-from echoplan.sources import as_source, conventions_of, find_truth
+from echoplan.sources import as_source, conventions_of, find_truth, has_rig_file
 from echoplan.viewer import EchoListener, Plan, decisions_in_words
 
 __all__ = ["map_source"]
@@ -86,7 +86,8 @@ def map_source(
         found = map_sweeps(mapper, sweeps, follow=follow)
     conventions = conventions_of(opened)
     with progress.busy("checking the map"):
-        found = replace(found, quality=assess(found, opened.rig, sweeps, conventions=conventions))
+        quality = assess(found, opened.rig, sweeps, conventions=conventions, has_rig_file=has_rig_file(opened))
+        found = replace(found, quality=quality)
     offset_xy = (float(mapper.origin_xy[0]), float(mapper.origin_xy[1]))
     decisions = decisions_in_words([each.translated(offset_xy) for each in events], found)
     return MapResult(

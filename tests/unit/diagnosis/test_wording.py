@@ -88,6 +88,19 @@ def test_a_remedy_that_explains_as_much_is_named_too() -> None:
     )
 
 
+@pytest.mark.parametrize("name", REMEDIES)
+def test_without_a_rig_file_the_remedy_is_to_make_one_first(name: str) -> None:
+    what, _, step = REMEDIES[name]
+    found = next_step(measures(what), NOW, has_rig_file=False)
+    assert found.startswith(step)
+    assert found.endswith("echoplan convert SOURCE --to rec/ writes pings.csv and rig.toml. Map rec/ then.")
+
+
+def test_without_a_rig_file_there_is_none_to_check() -> None:
+    assert "check rig.toml" in next_step(measures(), NOW)
+    assert "check where the sensors are mounted and the poses" in next_step(measures(), NOW, has_rig_file=False)
+
+
 def test_a_station_is_named_by_its_sweep_with_what_it_lacks() -> None:
     lone = measures(share=0.9, misplaced=(Misplaced(sweep=7, distance=0.15, turn=math.radians(-15.0), gain=40.0),))
     (reason,) = reasons(lone, NOW)
