@@ -11,13 +11,13 @@ from echoplan.io.text_logs.columns import Role
 from echoplan.io.text_logs.facts import Fact, Origin, stated_fact
 from echoplan.io.text_logs.options import LogOptions, angle_unit
 from echoplan.io.text_logs.plausibility import looks_like_radians
-from echoplan.io.text_logs.records import Records
+from echoplan.io.text_logs.records import Reading, Records
 from echoplan.model import Conventions
 
 __all__ = ["understood_angles", "understood_unit_of_angle"]
 
-# Beyond two turns, what is logged are steps of a motor or microseconds of a servo's pulse [rad].
-_TWO_TURNS = 4.0 * math.pi
+# Beyond a turn, what is logged are steps of a motor or microseconds of a servo's pulse, unless a unit is stated [rad].
+_TURN = 2.0 * math.pi
 _QUARTER = math.pi / 2.0
 
 
@@ -28,7 +28,8 @@ def understood_angles(records: Records, options: LogOptions, *, source: str) -> 
         return np.zeros(len(records.readings)), ()
     unit, fact = understood_unit_of_angle(raw, subject="angles", given=options.angle_unit, written=written)
     span = f"{raw.min():g} to {raw.max():g}"
-    _check_turn(unit * raw, options, source=source, span=span, is_stated=fact.origin is Origin.OPTION)
+    is_stated = fact.origin in (Origin.OPTION, Origin.STATED)
+    _check_turn(unit * raw, options, source=source, span=span, is_stated=is_stated)
     direction = _direction(records, options)
     sign = 1 if direction.origin is Origin.DEFAULT else -1
     conventions = Conventions(servo_sign=sign, servo_offset=-sign * unit * (options.center or 0.0))
@@ -37,7 +38,8 @@ def understood_angles(records: Records, options: LogOptions, *, source: str) -> 
         value=f"{options.center or 0.0:g}",
         origin=Origin.DEFAULT if options.center is None else Origin.OPTION,
     )
-    return conventions.servo_angles(unit * raw), (replace(fact, value=f"{span} {fact.value}"), center, direction)
+    facts = (replace(fact, value=f"{span} {fact.value}"), center, direction, *_counted(records, options))
+    return conventions.servo_angles(unit * raw), facts
 
 
 def _direction(records: Records, options: LogOptions) -> Fact:
@@ -51,9 +53,9 @@ def _direction(records: Records, options: LogOptions) -> Fact:
 
 def _check_turn(angles: FloatArray, options: LogOptions, *, source: str, span: str, is_stated: bool) -> None:
     """Refuse angles [rad] that do not show their unit, or which of them looks ahead."""
-    if float(np.ptp(angles)) > _TWO_TURNS and not is_stated:
-        remedy = "give --angle-unit with the degrees per count, such as 1.8"
-        raise InputError(source, f"angles from {span} are no degrees", remedy=remedy)
+    if float(np.abs(angles).max()) > _TURN + 1e-9 and not is_stated:
+        remedy = "give --angle-unit with the degrees per count, such as 1.8, or --angle-unit deg if it turns on and on"
+        raise InputError(source, f"angles from {span} are more than a turn in degrees", remedy=remedy)
     if angles.min() >= -1e-9 and angles.max() > _QUARTER + 1e-9 and options.center is None:
         problem = f"angles from {span} do not say which of them looks ahead"
         raise InputError(source, problem, remedy="give --center 90 if 90 is straight ahead, or --center 0")
@@ -67,8 +69,31 @@ def _recorded(records: Records, options: LogOptions, *, source: str) -> tuple[Fl
     if records.column(Role.ANGLE):
         raise InputError(source, "it has angles of its own", remedy="leave out --angles")
     first, step = options.angles
-    numbers = np.concatenate([np.arange(count, dtype=np.float64) for count in records.counts])
-    return first + step * numbers, ""
+    return first + step * _numbers_of_lines(records), ""
+
+
+def _numbers_of_lines(records: Records) -> FloatArray:
+    """Return the number of the line of each reading since the last place or the beginning of the file, shape (n,).
+
+    A line that was skipped was a reading, and keeps its number.
+    """
+    numbers: list[float] = []
+    for items in records.files:
+        start = next((item.position for item in items if isinstance(item, Reading)), 0)
+        for item in items:
+            if isinstance(item, Reading):
+                numbers.append(item.position - start)
+            else:
+                start = item.position + 1
+    return np.array(numbers)
+
+
+def _counted(records: Records, options: LogOptions) -> list[Fact]:
+    """State that lines were counted as readings although they are none: each of them moves the angles behind it."""
+    lost = sum(bool(line.text) for line in records.skipped)
+    if options.angles is None or not lost:
+        return []
+    return [Fact(subject="skipped lines", value=f"{lost}, counted as readings", origin=Origin.GUESSED, option="--yes")]
 
 
 def understood_unit_of_angle(raw: FloatArray, *, subject: str, given: str, written: str) -> tuple[float, Fact]:

@@ -4,6 +4,8 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from echoplan.io.text_logs.cells import labelled_cells, read_cell
 from echoplan.io.text_logs.lines import Line
 
@@ -57,6 +59,7 @@ def recognise_dialect(lines: Sequence[Line], *, decimal_comma: bool) -> Dialect:
     decimals = (",",) if decimal_comma else (".", ",")
     dialects = [Dialect(separator=each, decimal=decimal) for each in (*_SEPARATORS, "") for decimal in decimals]
     best = max(dialects, key=lambda dialect: _score(dialect, texts))
+    best = _with_places(best, texts)
     ends = sum(text.rstrip(" ").endswith(best.separator) for text in texts)
     return replace(best, is_trailing=bool(best.separator.strip()) and ends > _TRAILING * len(texts))
 
@@ -84,6 +87,16 @@ def _row(line: Line, dialect: Dialect) -> Row:
             names, cells = labelled
             return Row(line=line, cells=tuple(cells), names=names)
     return Row(line=line, cells=tuple(dialect.split(line.text)))
+
+
+def _with_places(dialect: Dialect, texts: Sequence[str]) -> Dialect:
+    """Return the dialect of lines of one number, with the separator of the places that may stand between them."""
+    if dialect != Dialect(separator="", decimal="."):
+        return dialect
+    others = [replace(dialect, separator=separator) for separator in _SEPARATORS[:-1]]
+    # Of three numbers the score of a line is 1.
+    places = [sum(len(other.split(text)) == 3 and _score(other, [text]) == 1.0 for text in texts) for other in others]
+    return others[int(np.argmax(places))] if any(places) else dialect
 
 
 def _score(dialect: Dialect, texts: Sequence[str]) -> float:

@@ -12,7 +12,7 @@ from echoplan.io.text_logs.options import LogOptions
 from echoplan.io.text_logs.records import Records
 from echoplan.model import Conventions, Heading
 
-__all__ = ["has_wheels", "understood_drive"]
+__all__ = ["check_wheels", "has_wheels", "understood_drive"]
 
 # Counts since the row before go up and down with the speed: their mean change is a large part of all they reach.
 _ANEW = 0.15
@@ -22,10 +22,19 @@ _CERTAIN, _FEWEST_ROWS = 0.3, 100
 
 
 def has_wheels(records: Records) -> bool:
-    """Whether the readings come with counts of both wheels."""
-    return all(map(records.column, (Role.LEFT, Role.RIGHT))) or all(
-        map(records.column, (Role.LEFT_STEP, Role.RIGHT_STEP))
-    )
+    """Whether the poses follow from counts of both wheels, for the log has no positions beside them."""
+    pairs = ((Role.LEFT, Role.RIGHT), (Role.LEFT_STEP, Role.RIGHT_STEP))
+    return any(all(map(records.column, pair)) for pair in pairs) and not all(map(records.column, (Role.X, Role.Y)))
+
+
+def check_wheels(records: Records, options: LogOptions, *, source: str) -> None:
+    """Refuse options about wheels where none are read, and places where the wheels give them."""
+    if not has_wheels(records) and (options.tick is not None or options.wheel_base is not None):
+        problem = "--tick and --wheel-base have no effect, for its poses do not come from counts of both wheels"
+        raise InputError(source, problem, remedy="leave them out, or name left,right or dleft,dright in --columns")
+    if has_wheels(records) and options.places:
+        remedy = "leave out --place and --places, or write - for the counts in --columns"
+        raise InputError(source, "its wheels give the places", remedy=remedy)
 
 
 def understood_drive(records: Records, options: LogOptions, *, source: str) -> tuple[FloatArray, tuple[Fact, ...]]:

@@ -52,6 +52,11 @@ class Layout:
         """Columns of the rows that hold readings."""
         return next(columns for columns in self.columns.values() if _has_range(columns))
 
+    def with_readings(self, columns: tuple[Column, ...]) -> "Layout":
+        """Return the layout with other columns of the rows that hold readings."""
+        changed = {key: columns if each == self.readings else each for key, each in self.columns.items()}
+        return replace(self, columns=changed)
+
     @property
     def fact(self) -> Fact:
         """The columns as ``--columns`` has them."""
@@ -123,7 +128,8 @@ def _bare(rows: Sequence[Row], dialect: Dialect, *, options: LogOptions, source:
         remedy = 'print lines "angle,distance", and "x,y,heading" before each sweep'
         raise InputError(source, "there is no line of numbers in it", remedy=remedy)
     if options.angles is not None:
-        return Layout(columns={width: (_RANGE,) * width for width in widths}, origin=Origin.OPTION)
+        width = widths.most_common(1)[0][0]
+        return Layout(columns={width: (_RANGE,) * width}, origin=Origin.OPTION)
     places = widths[len(_PLACE)]
     width = max(_BARE, key=lambda each: widths[each])
     if widths[width] < max(places, widths.total() - places - widths[width]):

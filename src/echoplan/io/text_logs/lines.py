@@ -30,17 +30,29 @@ class Line:
     stamp: float | None = None
 
 
-def records_of(texts: Sequence[str]) -> tuple[list[Line], list[str]]:
-    """Return the records of the lines of a log, blank ones left out, and what was removed from them."""
-    lines = [Line(number=number, text=text) for number, text in enumerate(texts, start=1) if text.strip()]
+def records_of(texts: Sequence[str], *, keeps_blank: bool = False) -> tuple[list[Line], list[str]]:
+    """Return the records of the lines of a log, and what was removed from them.
+
+    Blank lines are left out. With ``keeps_blank`` those between others stay, unless they double the space of all lines.
+    """
+    lines = _kept(texts, keeps_blank=keeps_blank)
     found = []
     if sum(bool(_STAMP.match(line.text)) for line in lines) > _STAMPED * len(lines):
         lines = list(_without_stamps(lines))
         found.append("time stamps")
-    pieces = [piece for line in lines if line.text.strip() for piece in _split(line)]
+    pieces = [piece for line in lines if line.text.strip() or keeps_blank for piece in _split(line)]
     if len(pieces) > len(lines):
         found.append("several readings a line")
     return pieces, found
+
+
+def _kept(texts: Sequence[str], *, keeps_blank: bool) -> list[Line]:
+    """Return the lines that are not blank, and blank ones between them if these have a meaning."""
+    numbers = [number for number, text in enumerate(texts, start=1) if text.strip()]
+    is_double_spaced = len(numbers) < 2 or numbers[-1] - numbers[0] >= 2 * (len(numbers) - 1)
+    if keeps_blank and not is_double_spaced:
+        numbers = [*range(numbers[0], numbers[-1] + 1)]
+    return [Line(number=number, text=texts[number - 1]) for number in numbers]
 
 
 def _without_stamps(lines: Sequence[Line]) -> Iterator[Line]:
@@ -68,7 +80,7 @@ def _split(line: Line) -> list[Line]:
     pairs = _RADAR.findall(text)
     if len(pairs) >= _FEWEST_PAIRS and len(_RADAR.sub("", text)) <= len(pairs[-1][0]) + len(pairs[-1][1]):
         return [replace(line, text=f"{angle},{distance}") for angle, distance in pairs]
-    if text[0] in "([{":
+    if text.startswith(("(", "[", "{")):
         # Python prints tuples, lists of tuples and dictionaries.
         parts = re.split(r"[)\]}]\s*,?\s*[(\[{]", text)
         cleaned = (re.sub(r"[()\[\]{}\"']", " ", part).strip().strip(",") for part in parts)

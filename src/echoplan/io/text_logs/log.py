@@ -11,7 +11,7 @@ from echoplan.io.text_logs.angles import understood_angles
 from echoplan.io.text_logs.damage import check_gaps, check_lost_places, without_damage
 from echoplan.io.text_logs.decoding import read_lines
 from echoplan.io.text_logs.dialect import recognise_dialect, rows_of
-from echoplan.io.text_logs.driving import has_wheels, understood_drive
+from echoplan.io.text_logs.driving import check_wheels, has_wheels, understood_drive
 from echoplan.io.text_logs.facts import Fact, Origin, Skipped
 from echoplan.io.text_logs.layout import recognise_layout
 from echoplan.io.text_logs.lines import records_of
@@ -19,7 +19,7 @@ from echoplan.io.text_logs.options import LogOptions
 from echoplan.io.text_logs.passes import pass_numbers, runs_of, times_of_rows
 from echoplan.io.text_logs.places import understood_places
 from echoplan.io.text_logs.ranges import understood_ranges
-from echoplan.io.text_logs.records import Grammar, Records, items_of, units_beside
+from echoplan.io.text_logs.records import Grammar, Records, items_of, with_units
 from echoplan.io.text_logs.sensors import understood_sensors
 from echoplan.model import Recording, Sweep
 
@@ -90,6 +90,7 @@ def read_text_log(paths: Sequence[Path], options: LogOptions | None = None) -> T
     angles, angle_facts = understood_angles(records, using, source=source)
     runs, files = runs_of(records)
     passes = pass_numbers(angles, runs) if angle_facts else np.arange(len(angles))
+    check_wheels(records, using, source=source)
     if has_wheels(records):
         poses, place_facts = understood_drive(records, using, source=source)
         between = None
@@ -98,8 +99,7 @@ def read_text_log(paths: Sequence[Path], options: LogOptions | None = None) -> T
             records, using, rig=rig, passes=passes, files=files, source=source
         )
     ranges, rig, range_facts = understood_ranges(records, using, rig=rig, between=between, source=source)
-    stamps = [reading.stamp for reading in records.readings]
-    times, time_fact = times_of_rows(stamps, sensors=len(rig.sensors), period=using.period)
+    times, time_fact = times_of_rows(records, sensors=len(rig.sensors), period=using.period, source=source)
     try:
         sweeps = tuple(
             Sweep(
@@ -139,21 +139,20 @@ def _read_file(path: Path, options: LogOptions) -> tuple[Records, tuple[Fact, ..
     """Read one file: bytes, lines, cells, roles, readings and places."""
     source = str(path)
     texts, encoding = read_lines(path)
-    lines, removed = records_of(texts)
+    lines, removed = records_of(texts, keeps_blank=options.angles is not None)
     if not lines:
         raise InputError(path, "it is empty", remedy="save what the serial monitor shows")
     dialect = recognise_dialect(lines, decimal_comma=options.decimal_comma)
     rows = rows_of(lines, dialect)
-    grammar = Grammar(
-        dialect=dialect, layout=recognise_layout(rows, dialect, options=options, source=source), source=source
-    )
+    layout = recognise_layout(rows, dialect, options=options, source=source)
+    grammar = with_units(rows, Grammar(dialect=dialect, layout=layout, source=source))
     items = without_damage(items_of(rows, grammar))
     check_lost_places(items)
     check_gaps(items)
     kept = tuple(item for item in items if not isinstance(item, Skipped))
     records = Records(
         items=kept,
-        columns=units_beside(rows, grammar),
+        columns=grammar.layout.readings,
         skipped=tuple(item for item in items if isinstance(item, Skipped)),
         lines=len(lines),
         counts=(len(kept),),

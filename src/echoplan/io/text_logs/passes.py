@@ -1,11 +1,11 @@
 """Passes: where one turn of the servo ends and the next begins, and when each ping was sent."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from echoplan.arrays import FloatArray, IntArray
+from echoplan.errors import InputError
 from echoplan.geometry import wrap
+from echoplan.io.text_logs.columns import Role
 from echoplan.io.text_logs.facts import Fact, Origin
 from echoplan.io.text_logs.records import Reading, Records
 
@@ -13,8 +13,8 @@ __all__ = ["pass_numbers", "runs_of", "times_of_rows"]
 
 # Share of the span of angles by which a servo must have turned back for a new pass: a hand-turned sensor wavers.
 _TURNED_BACK = 0.2
-# Readings at a place by a robot that stops there.
-_FEWEST = 3
+# No sketch waits so long from ping to ping [s]: numbers that grow faster are milliseconds.
+_SLOWEST = 5.0
 # Steps of a servo are smaller; a flyback is larger [rad].
 _ACROSS = 0.5
 
@@ -26,8 +26,7 @@ def runs_of(records: Records) -> tuple[IntArray, IntArray]:
     """
     is_reading = np.array([isinstance(item, Reading) for item in records.items])
     files = np.repeat(np.arange(len(records.counts)), records.counts)
-    is_standing = (~is_reading).sum() * _FEWEST <= is_reading.sum()
-    runs = np.cumsum(~is_reading) + files if is_standing else files
+    runs = np.cumsum(~is_reading) + files if records.is_standing else files
     return runs[is_reading], files[is_reading]
 
 
@@ -61,13 +60,17 @@ def _starts(angles: FloatArray) -> list[int]:
     return starts
 
 
-def times_of_rows(stamps: Sequence[float | None], *, sensors: int, period: float) -> tuple[FloatArray, Fact]:
+def times_of_rows(records: Records, *, sensors: int, period: float, source: str) -> tuple[FloatArray, Fact]:
     """Return when each sensor of each row was fired, shape (n, sensors) [s], and how that is known.
 
     The sensors of a row are fired one after another. Stamps that go back, as after a reset, are not used.
     """
-    known = np.array([np.nan if stamp is None else stamp for stamp in stamps])
+    known = np.array([np.nan if reading.stamp is None else reading.stamp for reading in records.readings])
     gaps = np.diff(known)
+    usual, column = float(np.median(gaps)) if len(gaps) else 0.0, records.column(Role.TIME)
+    if column is not None and not column.unit and usual > _SLOWEST:
+        problem = f"its times have no unit, and go up by {usual:g} from line to line"
+        raise InputError(source, problem, remedy="name the column t:ms, t:us or t:s in --columns, or - to leave it out")
     if np.isfinite(known).all() and (gaps >= 0.0).all() and (gaps > 0.0).any():
         # Coarse stamps repeat: then the sensors of a row share their time.
         apart, rows = min(period, float(gaps.min()) / sensors), known - known[0]

@@ -54,7 +54,7 @@ def _recorded(
     records: Records, options: LogOptions, *, passes: IntArray, files: IntArray, source: str
 ) -> tuple[FloatArray, Origin]:
     """Return the poses as they were written, shape (n, 3), and where."""
-    recorded = _in_log(records)
+    recorded = _in_log(records, source=source)
     if options.places and recorded is not None:
         remedy = "leave out --place and --places, or take the places out of the log"
         raise InputError(source, "the log has places of its own", remedy=remedy)
@@ -67,27 +67,42 @@ def _recorded(
     raise InputError(source, problem, remedy=remedy)
 
 
-def _in_log(records: Records) -> FloatArray | None:
+def _in_log(records: Records, *, source: str) -> FloatArray | None:
     """Return the places that the log has in lines before the readings, or in columns beside them, shape (n, 3)."""
     if PlaceLine in map(type, records.items):
         return _from_lines(records)
     if records.column(Role.X) is None or records.column(Role.Y) is None:
+        _check_parts(records, source)
         return None
     rows = [[reading.numbers.get(role, 0.0) for role in POSE_ROLES] for reading in records.readings]
     return np.array(rows)
 
 
+def _check_parts(records: Records, source: str) -> None:
+    """Refuse a heading, an x or a y that changes where the others are missing: it is not thrown away."""
+    for role in filter(records.column, POSE_ROLES):
+        if len({reading.numbers[role] for reading in records.readings}) > 1:
+            problem = f"its column {role.value!r} changes, and has no use without a column x and a column y"
+            remedy = "log all of x, y and heading, or put them into --place, and - for this column into --columns"
+            raise InputError(source, problem, remedy=remedy)
+
+
 def _from_lines(records: Records) -> FloatArray:
     """Take the place before each reading."""
-    poses, pose = [], None
-    for item in records.items:
-        if isinstance(item, PlaceLine):
-            pose = item.pose
-        elif pose is None:
-            remedy = "write x,y,heading in a line before it"
-            raise InputError(item.place, "there is a reading before any place", remedy=remedy)
-        else:
-            poses.append((pose.x, pose.y, pose.heading))
+    poses = []
+    for items in records.files:
+        pose = None
+        for item in items:
+            if isinstance(item, PlaceLine):
+                pose = item.pose
+            elif pose is None:
+                remedy = "write x,y,heading in a line before it"
+                raise InputError(item.place, "there is a reading before any place of its file", remedy=remedy)
+            else:
+                poses.append((pose.x, pose.y, pose.heading))
+        if isinstance(items[-1], PlaceLine) and records.is_standing:
+            remedy = "write each place before its readings; delete this line if its readings were not logged"
+            raise InputError(items[-1].place, "no reading follows this place", remedy=remedy)
     return np.array(poses)
 
 

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import accumulate
 
 import numpy as np
 
@@ -14,10 +15,12 @@ from echoplan.io.text_logs.facts import Skipped
 from echoplan.io.text_logs.layout import POSE_ROLES, Layout
 from echoplan.io.text_logs.options import Place
 
-__all__ = ["Grammar", "Item", "PlaceLine", "Reading", "Records", "items_of", "skipped_line", "units_beside"]
+__all__ = ["Grammar", "Item", "PlaceLine", "Reading", "Records", "items_of", "skipped_line", "with_units"]
 
 # Share of the numbers of a column that must have the same unit beside them; the others are damaged lines.
 _WITH_UNIT = 0.9
+# Readings at a place by a robot that stops there.
+_FEWEST = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,17 +30,24 @@ class Grammar:
     dialect: Dialect
     layout: Layout
     source: str
+    # Units beside the numbers of each column of readings; empty where there are none.
+    units: tuple[str, ...] = ()
+
+    def units_of(self, columns: Sequence[Column]) -> Sequence[str | None]:
+        """Return the units that must stand beside the numbers of columns; None where any may."""
+        return self.units if columns == self.layout.readings else [None] * len(columns)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reading:
-    """The numbers of one line, by role, in the units of the log."""
+    """The numbers of one line, by role, in the units of the log, and its position among all lines of its file."""
 
     place: str
     text: str
     numbers: Mapping[Role, float]
     cells: tuple[Cell, ...]
     stamp: float | None
+    position: int
 
     @property
     def ranges(self) -> tuple[float, ...]:
@@ -62,6 +72,7 @@ class PlaceLine:
     place: str
     text: str
     pose: Place
+    position: int
 
 
 Item = Reading | PlaceLine | Skipped
@@ -81,6 +92,17 @@ class Records:
     def readings(self) -> tuple[Reading, ...]:
         """The readings alone."""
         return tuple(item for item in self.items if isinstance(item, Reading))
+
+    @property
+    def files(self) -> tuple[tuple[Reading | PlaceLine, ...], ...]:
+        """The items of each file."""
+        ends = [*accumulate(self.counts)]
+        return tuple(self.items[end - count : end] for count, end in zip(self.counts, ends, strict=True))
+
+    @property
+    def is_standing(self) -> bool:
+        """Whether the robot stops at its places; one that moves all the time says where it is before each reading."""
+        return (len(self.items) - len(self.readings)) * _FEWEST <= len(self.readings)
 
     def joined(self, other: "Records") -> "Records":
         """Append the records of another file with the same columns."""
@@ -104,39 +126,47 @@ class Records:
 
 def items_of(rows: Sequence[Row], grammar: Grammar) -> list[Item]:
     """Turn rows into readings, places, and lines to skip; header lines are left out."""
-    return [_item(row, grammar) for row in rows if row.cells not in grammar.layout.headers]
+    return [
+        _item(row, grammar, position=position)
+        for position, row in enumerate(rows)
+        if row.cells not in grammar.layout.headers
+    ]
 
 
-def _item(row: Row, grammar: Grammar) -> Item:
+def _item(row: Row, grammar: Grammar, *, position: int) -> Item:
     """Read one row."""
     where, text = f"{grammar.source}, line {row.line.number}", row.line.text.strip()
     columns = grammar.layout.of(row)
     if not columns:
         return skipped_line(where, text, reason="it is neither a reading nor a place")
     pairs = _used_cells(row, columns, grammar=grammar)
-    if not pairs:
-        return skipped_line(where, text, reason="a number is missing or cannot be read")
+    if isinstance(pairs, str):
+        return skipped_line(where, text, reason=pairs)
     numbers = {column.role: cell.value for column, cell in pairs}
     if Role.RANGE not in numbers:
-        return PlaceLine(place=where, text=text, pose=Place(**{str(role): numbers[role] for role in POSE_ROLES}))
+        pose = Place(**{str(role): numbers[role] for role in POSE_ROLES})
+        return PlaceLine(place=where, text=text, pose=pose, position=position)
     return Reading(
         place=where,
         text=text,
         numbers=numbers,
         cells=tuple(cell for column, cell in pairs if column.role is Role.RANGE),
         stamp=_stamp(numbers, row, columns=columns),
+        position=position,
     )
 
 
-def _used_cells(row: Row, columns: Sequence[Column], *, grammar: Grammar) -> list[tuple[Column, Cell]]:
-    """Return the cells of a row that have a meaning; none if one cannot be read, or is missing and no range."""
+def _used_cells(row: Row, columns: Sequence[Column], *, grammar: Grammar) -> list[tuple[Column, Cell]] | str:
+    """Return the cells of a row that have a meaning, or why it has none."""
     pairs = []
-    for column, text in zip(columns, row.cells, strict=True):
-        cell = _read(text, row, grammar=grammar)
+    for column, text, unit in zip(columns, row.cells, grammar.units_of(columns), strict=True):
         if column.role is Role.IGNORED:
             continue
+        cell = _read(text, row, grammar=grammar)
         if cell is None or (column.role is not Role.RANGE and not np.isfinite(cell.value)):
-            return []
+            return "a number is missing or cannot be read"
+        if cell.decimals is not None and unit not in (None, cell.unit):
+            return "a number has not the unit of the others"
         pairs.append((column, cell))
     return pairs
 
@@ -155,19 +185,26 @@ def _read(text: str, row: Row, *, grammar: Grammar) -> Cell | None:
     return read_cell(text, decimal=",") if cell is None and row.names else cell
 
 
-def units_beside(rows: Sequence[Row], grammar: Grammar) -> tuple[Column, ...]:
-    """Return the columns of readings, with the units that stand beside their numbers."""
-    columns = grammar.layout.readings
-    found = [row for row in rows if grammar.layout.of(row) == columns]
-    return tuple(
-        replace(column, unit=column.unit or _common_unit([(row.cells[index], row) for row in found], grammar))
-        for index, column in enumerate(columns)
-    )
+def with_units(rows: Sequence[Row], grammar: Grammar) -> Grammar:
+    """Return the grammar with the units that stand beside the numbers of readings."""
+    layout = grammar.layout
+    found = [row for row in rows if layout.of(row) == layout.readings and row.cells not in layout.headers]
+    named, units = list[Column](), list[str]()
+    for index, column in enumerate(layout.readings):
+        unit = _common_unit(column, [(row.cells[index], row) for row in found], grammar=grammar)
+        if unit not in ("", column.unit or unit):
+            problem = f"numbers of the column {column.role.value!r} are in {unit!r}, not in {column.unit!r} as is said"
+            raise InputError(grammar.source, problem, remedy="correct the header or --columns")
+        named.append(replace(column, unit=column.unit or unit))
+        units.append(unit)
+    return replace(grammar, layout=layout.with_readings(tuple(named)), units=tuple(units))
 
 
-def _common_unit(column: Sequence[tuple[str, Row]], grammar: Grammar) -> str:
+def _common_unit(column: Column, texts: Sequence[tuple[str, Row]], *, grammar: Grammar) -> str:
     """Return the unit beside the numbers of a column, or an empty text."""
-    cells = [_read(text, row, grammar=grammar) for text, row in column]
+    if column.role is Role.IGNORED:
+        return ""
+    cells = [_read(text, row, grammar=grammar) for text, row in texts]
     counts = Counter(cell.unit for cell in cells if cell and cell.decimals is not None)
     unit, count = counts.most_common(1)[0] if counts else ("", 0)
     if count < _WITH_UNIT * counts.total():

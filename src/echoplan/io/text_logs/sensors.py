@@ -23,14 +23,17 @@ _CROSSWISE = {1: [0.0], 4: [0.0, 0.5 * math.pi, math.pi, 1.5 * math.pi]}
 
 def understood_sensors(columns: Sequence[Column], options: LogOptions, *, source: str) -> tuple[Rig, Fact]:
     """Return the rig, its sensors in the order of the columns of distances."""
-    ranges = [column for column in columns if column.role is Role.RANGE]
-    count = len(ranges)
-    if options.rig is not None and len(options.rig.sensors) != count:
-        problem = f"a line has {count} distances, but the rig {options.rig.name!r} {len(options.rig.sensors)} sensors"
+    yaws = [column.yaw for column in columns if column.role is Role.RANGE]
+    if options.rig is None:
+        return _home_made(yaws, source=source)
+    count, name = len(yaws), options.rig.name
+    if len(options.rig.sensors) != count:
+        problem = f"a line has {count} distances, but the rig {name!r} {len(options.rig.sensors)} sensors"
         raise InputError(source, problem, remedy="name another --rig, or - for distances to leave out in --columns")
-    if options.rig is not None:
-        return options.rig, Fact(subject="sensors", value=f"{count}: {options.rig.name}", origin=Origin.OPTION)
-    return _home_made([column.yaw for column in ranges], source=source)
+    if any(yaw is not None for yaw in yaws):
+        problem = f"the rig {name!r} says where its sensors point, and so does @ in --columns"
+        raise InputError(source, problem, remedy="leave out --rig, or @ and the angle behind it")
+    return options.rig, Fact(subject="sensors", value=f"{count}: {name}", origin=Origin.OPTION)
 
 
 def _home_made(yaws: Sequence[float | None], *, source: str) -> tuple[Rig, Fact]:
