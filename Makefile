@@ -6,7 +6,7 @@ STAMPS := .venv/.stamps
 CERTIFICATES := $(if $(wildcard /etc/ssl/certs/ca-certificates.crt),--system-certs)
 INSTALL := $(BIN)/uv pip install --quiet $(CERTIFICATES) --python $(BIN)/python --compile-bytecode --constraint constraints.txt
 
-.PHONY: help demo test fuzz lint format bench docs pictures constraints clean
+.PHONY: venv compiled help demo test fuzz lint format bench docs pictures constraints clean
 
 help: ## List the targets
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 14
@@ -77,10 +77,14 @@ $(STAMPS)/test: $(STAMPS)/base
 	@touch $@
 
 # Two workers and the examples would each compile the same for half a minute; one does it before them.
-$(STAMPS)/compiled: $(STAMPS)/base $(shell find src -name '*.py')
+$(STAMPS)/compiled: $(STAMPS)/test $(shell find src -name '*.py')
 	@echo "Compiling ..."
 	@cd $(STAMPS) && ../bin/python ../../examples/square_room.py >/dev/null
 	@touch $@
+
+venv: $(STAMPS)/venv
+
+compiled: $(STAMPS)/compiled
 
 $(STAMPS)/dev: $(STAMPS)/test
 	@echo "Installing the linters ..."
