@@ -15,7 +15,6 @@ from echoplan.io import (
     read_recording,
     read_rig,
     read_route,
-    read_truth,
     read_world,
     world_names,
 )
@@ -223,14 +222,7 @@ def find_truth(source: Source) -> Truth | None:
     >>> len(find_truth(open_source("sim:square")).walls_xy)
     4
     """
-    if isinstance(source, Simulation):
-        return source.truth
-    if not isinstance(source, RecordingFolder):
-        return None
-    beside = source.folder / "truth.json"
-    with readable(beside):
-        known = beside.exists()
-    return read_truth(beside) if known else None
+    return source.truth if isinstance(source, Simulation | RecordingFolder) else None
 
 
 def conventions_of(source: Source) -> Conventions:

@@ -52,7 +52,7 @@ def cluster_executor(address: str, *, shared: Sequence[Path]) -> Iterator[Execut
     except ImportError as error:
         raise MissingExtraError("distributed", extra="cluster") from error
     # It warns of each worker that was lost: what becomes of the work is said by whoever asked for it.
-    for name in ("distributed", "distributed.client"):
+    for name in ("distributed", "distributed.client", "tornado.application"):
         logging.getLogger(name).setLevel(logging.CRITICAL)
     if "://" not in address:
         raise InputError(address, "it is no address of a dask scheduler", remedy="write tcp://HOST:8786")

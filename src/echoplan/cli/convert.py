@@ -177,11 +177,11 @@ def _convert_map(request: _Request) -> None:
     # Of a folder of results, the other files belong to the map.
     trajectory, grid = path.with_name("trajectory.tum"), path.with_name("map.yaml")
     if path.name != "map.json":
-        content = Exportable(plan=plan, name=f"Map {path.stem}")
+        content = Exportable(plan=plan, name=path.stem)
     else:
         content = Exportable(
             plan=plan,
-            name=f"Map {path.resolve().parent.name}",
+            name=path.resolve().parent.name,
             stamps_ns=read_trajectory(trajectory)[0] if trajectory.is_file() else None,
             grid=read_grid(grid) if grid.is_file() else None,
         )

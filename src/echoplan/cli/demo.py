@@ -173,6 +173,8 @@ def _paper_figures(result: "MapResult") -> "tuple[Picture, ...]":
     from echoplan.viewer import paper_pictures, sweep_stages  # noqa: PLC0415
 
     mapper = MdpFuzzyMapper(result.rig)
+    for sweep in result.sweeps:
+        mapper.add(sweep)
     return paper_pictures([sweep_stages(mapper, sweep) for sweep in result.sweeps], result.plan)
 
 

@@ -16,7 +16,8 @@ from echoplan.io.pings import MEASURED, PING_COLUMNS, REQUIRED, checked_pings
 from echoplan.io.rig import read_conventions, read_rig, write_rig
 from echoplan.io.table import Rows, Table
 from echoplan.io.text import format_seconds
-from echoplan.model import Conventions, Rig, Source, Sweep
+from echoplan.io.truth import read_truth
+from echoplan.model import Conventions, Rig, Source, Sweep, Truth
 
 __all__ = ["RecordingFolder", "read_recording", "write_recording"]
 
@@ -44,6 +45,14 @@ class RecordingFolder:
     table: Table
     folder: Path
     conventions: Conventions = field(default_factory=Conventions)
+
+    @property
+    def truth(self) -> Truth | None:
+        """The truth that lies beside the pings in ``truth.json``, if there is one."""
+        beside = self.folder / "truth.json"
+        with readable(beside):
+            known = beside.exists()
+        return read_truth(beside) if known else None
 
     def __iter__(self) -> Iterator[Sweep]:
         """Yield the sweeps in the order of time.
@@ -90,8 +99,13 @@ def read_recording(path: Path) -> RecordingFolder:
     with readable(path):
         if not path.is_dir():
             problem = "it is a file" if path.exists() else "there is no such folder"
-            remedy = "name a folder with pings.csv and rig.toml; echoplan convert makes one of a text log"
+            remedy = "name a folder with pings.csv and rig.toml (echoplan convert LOG --to rec/ makes one)"
             raise InputError(path, problem, remedy=remedy)
+    with readable(path):
+        is_map = (path / "map.json").exists() and not (path / "pings.csv").exists()
+    if is_map:
+        remedy = "name the folder with pings.csv; echoplan convert MAP --to plan.pdf makes a drawing of a map"
+        raise InputError(path, "it holds a map, not a recording", remedy=remedy)
     rig = read_rig(path / "rig.toml")
     table = Table.open(path / "pings.csv", PING_COLUMNS, optional=MEASURED)
     # Python makes lone surrogates of the bytes of a name that is no UTF-8, and no other text may hold them.

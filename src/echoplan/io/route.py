@@ -76,7 +76,10 @@ def write_route(path: Path, route: Route) -> None:
     >>> path = getfixture("tmp_path") / "route.csv"
     >>> write_route(path, Route(map_from_base=[[0.0, 0.0, 0.0], [0.5, 0.0, 1.57]]))
     >>> print(path.read_text())
-    x,y,yaw 0.0,0.0,0.0 0.5,0.0,1.57 <BLANKLINE>
+    x,y,yaw
+    0.0,0.0,0.0
+    0.5,0.0,1.57
+    <BLANKLINE>
     """
     poses = [",".join(map(repr, pose)) for pose in route.map_from_base.tolist()]
     if route.stamps_ns is None:
