@@ -13,6 +13,7 @@ _NUMBER = {
     ".": r"[-+]?(?:(?:0|[1-9]\d*)(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?",
     ",": r"[-+]?(?:0|[1-9]\d*)(?:,\d+)?",
 }
+# In German "Grad" are degrees; a gon has the name "grad" in options only.
 _UNITS = {
     "m": ("m", "meter", "meters", "metre", "metres"),
     "cm": ("cm", "cms", "centimeters", "centimetres"),
@@ -22,7 +23,7 @@ _UNITS = {
     MICROSECONDS: ("us", "µs", "μs", "usec", "microseconds", "micros"),
     "ms": ("ms", "msec", "millis", "milliseconds"),
     "s": ("s", "sec", "seconds"),
-    "deg": ("deg", "degs", "degree", "degrees", "°", "º"),
+    "deg": ("deg", "degs", "degree", "degrees", "grad", "°", "º"),
     "rad": ("rad", "radians"),
     "c": ("c", "°c"),
 }

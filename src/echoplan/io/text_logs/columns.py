@@ -33,19 +33,23 @@ class Role(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Column:
-    """A column: its role, the unit that the log or an option states, where its sensor points, and how angles grow."""
+    """A column: its role, the unit that the log or an option states, where its sensor points, and how angles grow.
+
+    One without a role may say which sensor a line is of.
+    """
 
     role: Role
     unit: str = ""
     yaw: float | None = None
     is_clockwise: bool = False
+    is_sensor: bool = False
 
 
 # Names in headers and labels, without units and numbers, in English and German.
 _NAMES = {
     Role.ANGLE: {
         *("angle", "ang", "servo", "servo angle", "servo pos", "pan", "bearing", "azimuth", "theta", "phi", "degree"),
-        *("degrees", "deg", "direction", "winkel"),
+        *("degrees", "deg", "direction", "winkel", "servowinkel"),
     },
     Role.RANGE: {
         *(
@@ -67,9 +71,13 @@ _NAMES = {
     Role.TIME: {"t", "time", "timestamp", "stamp", "millis", "ms", "seconds", "sec", "zeit"},
     Role.X: {"x", "pos x", "x pos", "robot x"},
     Role.Y: {"y", "pos y", "y pos", "robot y"},
+    Role.LEFT: {"left", "left ticks", "left count", "left encoder", "ticks left", "encoder left", "enc left"},
+    Role.RIGHT: {"right", "right ticks", "right count", "right encoder", "ticks right", "encoder right", "enc right"},
     Role.HEADING: {"heading", "yaw", "orientation", "robot heading", "robot yaw"},
 }
 _ROLES = {name: role for role, names in _NAMES.items() for name in names}
+# What says of which sensor a line is.
+_SENSOR_NAMES = ("sensor", "sensor id", "sensor no", "sensor number", "id", "channel", "ch", "device", "node")
 # Columns of a ring of sensors: S1, S2, ...
 _NUMBERED = re.compile(r"(s|u|us|d|r|sonar|sensor|range|dist|distance|echo|ultrasonic) ?#?(\d+)")
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, MICROSECONDS: 1e-6}
@@ -145,4 +153,4 @@ def _named(name: str) -> Column:
     # A column named "ms" or "cm" states its unit by its name.
     known = [unit_of(word) for word in (*units, plain)]
     unit = next((each for each in known if each in _UNITS_OF.get(role, ())), "")
-    return Column(role=role, unit=unit, is_clockwise="cw" in units)
+    return Column(role=role, unit=unit, is_clockwise="cw" in units, is_sensor=plain in _SENSOR_NAMES)

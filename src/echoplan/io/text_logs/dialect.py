@@ -1,15 +1,17 @@
 """Dialect: what separates the cells of a line, and what the decimals of a number."""
 
+import csv
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from echoplan.errors import InputError
 from echoplan.io.text_logs.cells import labelled_cells, read_cell
 from echoplan.io.text_logs.lines import Line
 
-__all__ = ["Dialect", "Row", "recognise_dialect", "rows_of"]
+__all__ = ["Dialect", "Row", "check_thousands", "recognise_dialect", "rows_of"]
 
 # In the order of preference where several explain the lines: a blank also lies about other separators.
 _SEPARATORS = ("\t", ";", "|", ",", " ", ":")
@@ -37,10 +39,16 @@ class Dialect:
         """Split a line into cells."""
         if self.separator == " ":
             return text.split()
-        cells = [cell.strip() for cell in text.split(self.separator)] if self.separator else [text.strip()]
         # A quotation mark behind a number alone means inches.
-        cells = [cell[1:-1].strip() if re.fullmatch(r"\"[^\"]*\"|'[^']*'", cell) else cell for cell in cells]
+        cells = [re.sub(r"^(['\"])(.*)\1$", r"\2", cell.strip()).strip() for cell in self._split(text)]
         return cells[:-1] if self.is_trailing and not cells[-1] else cells
+
+    def _split(self, text: str) -> list[str]:
+        """Split a line at the separator, except in quotation marks: -90,"59,7" are two cells."""
+        if '"' in text and self.separator and len(text) < csv.field_size_limit():
+            (cells,) = csv.reader([text], delimiter=self.separator, skipinitialspace=True)
+            return cells
+        return text.split(self.separator) if self.separator else [text]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,6 +70,16 @@ def recognise_dialect(lines: Sequence[Line], *, decimal_comma: bool) -> Dialect:
     best = _with_places(best, texts)
     ends = sum(text.rstrip(" ").endswith(best.separator) for text in texts)
     return replace(best, is_trailing=bool(best.separator.strip()) and ends > _TRAILING * len(texts))
+
+
+def check_thousands(rows: Sequence[Row], dialect: Dialect, *, source: str) -> None:
+    """Refuse numbers in quotation marks such as "1,234", whose comma may separate thousands or decimals."""
+    if (dialect.separator, dialect.decimal) != (",", ","):
+        return
+    cells = [cell for row in rows for cell in row.cells if "," in cell]
+    if cells and all(re.fullmatch(r"-?[1-9]\d{0,2},\d{3}", cell) for cell in cells):
+        remedy = "write them without it, or give --decimal-comma if it stands before decimals"
+        raise InputError(source, f"the comma in numbers such as {cells[0]!r} may separate thousands", remedy=remedy)
 
 
 def rows_of(lines: Sequence[Line], dialect: Dialect) -> list[Row]:

@@ -31,6 +31,8 @@ _REGULAR = 0.8
 _FEWEST_DIFFERENT = 0.2
 # Part of a step by which rounding changes it: 5.5555 and 5.5556 are one size.
 _ROUNDING = 0.02
+# Numbers of a line that an example of ``--columns`` names one by one.
+_MOST_NAMED = 10
 # Lines before the header: what a board prints when it starts.
 _PREAMBLE = 20
 
@@ -61,25 +63,36 @@ class Layout:
     def fact(self) -> Fact:
         """The columns as ``--columns`` has them."""
         kinds = [spelled(columns) for columns in self.columns.values() if columns != _PLACE]
-        return Fact(subject="columns", value="; ".join(kinds), origin=self.origin, option="--columns")
+        option = f"--columns {spelled(self.readings)}"
+        return Fact(subject="columns", value="; ".join(kinds), origin=self.origin, option=option)
 
 
 def recognise_layout(rows: Sequence[Row], dialect: Dialect, *, options: LogOptions, source: str) -> Layout:
     """Return what the numbers of the rows mean; ask for ``--columns`` where the log does not say."""
     numeric = _numeric(rows, dialect)
-    layout = _given(rows, options, source=source) if options.columns else _named(rows)
-    if layout is None:
-        labels = Counter(row.names for row in rows if row.names)
-        if labels.total() > len(numeric):
-            names = labels.most_common(1)[0][0]
-            problem = f"none of its labels names a distance: {', '.join(map(repr, names))}"
-            remedy = f"say what they are, such as --columns {'-,' * (len(names) - 1)}range"
-            raise InputError(source, problem, remedy=remedy)
-        layout = _bare(numeric, dialect, options=options, source=source)
+    layout = _given(rows, options, source=source) if options.columns else _labels(rows)
+    if not any(map(_has_range, layout.columns.values())) and not options.columns:
+        layout = _header(rows, numeric, dialect=dialect, source=source) or _unnamed(
+            rows, numeric, dialect=dialect, options=options, source=source
+        )
     _check(layout, source)
+    _check_sensors(rows, layout, source=source)
     # Lines of three numbers between readings are places, unless three numbers are a reading.
     places: dict[Key, tuple[Column, ...]] = {len(row.cells): _PLACE for row in numeric if len(row.cells) == len(_PLACE)}
     return replace(layout, columns={**places, **layout.columns})
+
+
+def _unnamed(
+    rows: Sequence[Row], numeric: Sequence[Row], *, dialect: Dialect, options: LogOptions, source: str
+) -> Layout:
+    """Recognise rows by their numbers alone; refuse labels that name no distance."""
+    labels = Counter(row.names for row in rows if row.names)
+    if labels.total() > len(numeric):
+        names = labels.most_common(1)[0][0]
+        problem = f"none of its labels names a distance: {', '.join(map(repr, names))}"
+        remedy = f"say what they are, such as --columns {'-,' * (len(names) - 1)}range"
+        raise InputError(source, problem, remedy=remedy)
+    return _bare(numeric, dialect, options=options, source=source)
 
 
 def _given(rows: Sequence[Row], options: LogOptions, *, source: str) -> Layout:
@@ -96,20 +109,58 @@ def _given(rows: Sequence[Row], options: LogOptions, *, source: str) -> Layout:
     return Layout(columns={key: columns}, origin=Origin.OPTION, headers=headers)
 
 
-def _named(rows: Sequence[Row]) -> Layout | None:
-    """Recognise rows by labels, or by a header, that name a range; None if there are none."""
-    labelled = _labelled(rows)
-    if any(map(_has_range, labelled.values())):
-        return Layout(columns=labelled, origin=Origin.STATED)
-    for row in rows[:_PREAMBLE]:
+def _header(rows: Sequence[Row], numeric: Sequence[Row], *, dialect: Dialect, source: str) -> Layout | None:
+    """Recognise rows by a header that names a range; None if there is none, or what a board says when it starts."""
+    usual = int(np.bincount([0, *(len(row.cells) for row in numeric)]).argmax())
+    for row in filter(_are_words, rows[:_PREAMBLE]):
         columns = columns_named(row.cells)
-        if _are_words(row) and _has_range(columns):
+        roles = [column.role for column in columns]
+        known = len(roles) - roles.count(Role.IGNORED)
+        # "Sonar ready" has as many words as a line has numbers.
+        is_table = dialect.separator != " "
+        is_most = 2 * known > len(roles) - row.cells.count("")
+        is_understood = any((is_most, is_table and Role.ANGLE in roles))
+        if Role.RANGE in roles and any((is_understood, is_table and len(roles) == usual)):
+            numbers = _numbers(numeric, dialect, width=len(columns))
+            _check_header(row, columns, numbers=numbers, is_understood=is_understood, source=source)
             return Layout(columns={len(columns): columns}, origin=Origin.STATED, headers=frozenset([row.cells]))
     return None
 
 
-def _labelled(rows: Sequence[Row]) -> dict[Key, tuple[Column, ...]]:
-    """Return the labels of readings and of places; a damaged line has others, so that only the commonest count."""
+def _check_header(
+    row: Row, columns: Sequence[Column], *, numbers: FloatArray, is_understood: bool, source: str
+) -> None:
+    """Refuse a header of unknown names, and an unknown one over numbers, shape (n, width), that look like angles."""
+    example, has_angle = [*columns], Role.ANGLE in {column.role for column in columns}
+    for place, column in enumerate(columns):
+        is_unknown = column.role is Role.IGNORED and not column.is_sensor and row.cells[place] != ""
+        if is_unknown and not has_angle and len(numbers) > 1 and _is_regular(numbers[:, place]):
+            example[place], has_angle = _ANGLE, True
+    if example != [*columns] or not is_understood:
+        problem = f"its header {row.line.text.strip()!r} has names that are not known"
+        remedy = f"name the columns, such as --columns {spelled(example)}, with - for one that is not needed"
+        raise InputError(source, problem, remedy=remedy)
+
+
+def _check_sensors(rows: Sequence[Row], layout: Layout, *, source: str) -> None:
+    """Refuse readings of several sensors one below the other; a number that is new in each line counts lines."""
+    for place, column in enumerate(layout.readings):
+        if column.is_sensor:
+            found = [row.cells[place] for row in rows if layout.of(row) == layout.readings]
+            names = sorted({*found} - {header[place] for header in layout.headers if len(header) > place})
+            if 1 < len(names) <= len(found) / 2:
+                problem = (
+                    f"its lines are of {len(names)} sensors, {', '.join(map(repr, names[:4]))}, one below the other"
+                )
+                remedy = "write one column of distances for each sensor, or convert one log for each"
+                raise InputError(source, problem, remedy=remedy)
+
+
+def _labels(rows: Sequence[Row]) -> Layout:
+    """Recognise rows by labels of readings and of places; without columns if no label names a range.
+
+    A damaged line has other labels, so that only the commonest count.
+    """
     readings: dict[Key, tuple[Column, ...]] = {}
     places: dict[Key, tuple[Column, ...]] = {}
     for names, _ in Counter(row.names for row in rows if row.names).most_common():
@@ -118,7 +169,7 @@ def _labelled(rows: Sequence[Row]) -> dict[Key, tuple[Column, ...]]:
             readings = readings or {names: columns}
         elif {column.role for column in columns} == set(POSE_ROLES):
             places = places or {names: columns}
-    return readings | places
+    return Layout(columns=readings | places, origin=Origin.STATED)
 
 
 def _bare(rows: Sequence[Row], dialect: Dialect, *, options: LogOptions, source: str) -> Layout:
@@ -127,26 +178,29 @@ def _bare(rows: Sequence[Row], dialect: Dialect, *, options: LogOptions, source:
     if not widths:
         remedy = 'print lines "angle,distance", and "x,y,heading" before each sweep'
         raise InputError(source, "there is no line of numbers in it", remedy=remedy)
+    width = widths.most_common(1)[0][0]
     if options.angles is not None:
-        width = widths.most_common(1)[0][0]
         return Layout(columns={width: (_RANGE,) * width}, origin=Origin.OPTION)
-    places = widths[len(_PLACE)]
-    width = max(_BARE, key=lambda each: widths[each])
+    places, width = widths[len(_PLACE)], max(_BARE, key=widths.__getitem__)
     if widths[width] < max(places, widths.total() - places - widths[width]):
         width = widths.most_common(1)[0][0]
         raise _unknown_columns(_numbers(rows, dialect, width=width), source)
     numbers = _numbers(rows, dialect, width=width)
-    angles = len(np.unique(numbers[:, 0]))
-    distances = [len(np.unique(column)) for column in numbers.T[2:] if column.any()]
-    if min(distances, default=angles) < _FEWEST_DIFFERENT * angles:
-        raise _unknown_columns(numbers, source)
     _check_angles(numbers, source)
-    return Layout(columns={width: _BARE[width]}, origin=Origin.SEEN)
+    # Numbers of lines look like the angles of one sweep from 0 or 1 in steps of 1, if no option says they are.
+    counts = places == 0 and numbers[0, 0] in (0.0, 1.0) and bool((np.diff(numbers[:, 0]) == 1.0).all())
+    is_stated = options.center is not None or options.clockwise or bool(options.angle_unit)
+    origins = {True: Origin.GUESSED, False: Origin.SEEN}
+    return Layout(columns={width: _BARE[width]}, origin=origins[counts and not is_stated])
 
 
 def _check_angles(numbers: FloatArray, source: str) -> None:
     """Refuse readings whose first number does not go up and down as angles do, shape (n, width)."""
     width, regular = numbers.shape[1], [_is_regular(column) for column in numbers.T]
+    angles = len(np.unique(numbers[:, 0]))
+    distances = [len(np.unique(column)) for column in numbers.T[2:] if column.any()]
+    if min(distances, default=angles) < _FEWEST_DIFFERENT * angles:
+        raise _unknown_columns(numbers, source)
     if width == 2 and regular == [False, True]:
         problem = "the second number of a line goes up and down in steps as an angle does, the first does not"
         raise InputError(source, problem, remedy="give --columns range,angle if it is the angle, else angle,range")
@@ -167,6 +221,9 @@ def _unknown_columns(numbers: FloatArray, source: str) -> InputError:
     if width == 3 and regular[0] and np.isin(last, range(10)).mean() > 0.9 and np.ptp(last) > 2.0:
         problem = 'lines such as "-90,59,7" have a comma between numbers and in numbers, which cannot be told apart'
         return InputError(source, problem, remedy="print a decimal point, or a semicolon between numbers")
+    if width > _MOST_NAMED:
+        remedy = f"name them: --columns range*{width} if all are distances, -*{width - 1},range if the last is one"
+        return InputError(source, f"its lines have {width} numbers, and nothing says what they are", remedy=remedy)
     guess = [Role.IGNORED] * width
     angle = regular.index(True) if any(regular) else 0
     guess[angle], guess[0 if angle else 1] = Role.ANGLE, Role.RANGE

@@ -9,8 +9,13 @@ __all__ = ["Line", "records_of"]
 # After the seconds, a comma begins a fraction only where Python's logging writes one; else it separates. A minus sign
 # belongs to the number behind it.
 _STAMP = re.compile(
-    r"\s*\[?(?:(\d{4})-(\d\d)-(\d\d)[T ]\s*)?(\d{1,2}):(\d\d):(\d\d)(?:\.(\d{1,9})|,(\d{3})(?=[\s\]]))?"
+    r"\s*\[?(?:(\d{4})-(\d\d)-(\d\d)[T ,;\t]\s*)?(\d{1,2}):(\d\d):(\d\d)(?:\.(\d{1,9})|,(\d{3})(?=[\s\]]))?"
+    r"(?:Z|[-+]\d\d:\d\d)?"
     r"(?:\]\s*|\s*(?:->|>|[;,:|])\s*|\s+-\s+|\s+)"
+)
+# Their names in a header.
+_STAMP_NAMES = re.compile(
+    r"\s*(?:\"?(?:date|time|timestamp|datetime|clock|utc|datum|zeit|uhrzeit)\b[^,;|\t]*[,;|\t]\s*)+", re.IGNORECASE
 )
 # Share of lines with a time stamp from which they are stamps of a monitor, not part of what the robot says.
 _STAMPED = 0.5
@@ -61,7 +66,7 @@ def _without_stamps(lines: Sequence[Line]) -> Iterator[Line]:
     for line in lines:
         match = _STAMP.match(line.text)
         if match is None:
-            yield line
+            yield replace(line, text=_STAMP_NAMES.sub("", line.text, count=1))
             continue
         year, month, day, hours, minutes, seconds, fraction, millis = match.groups()
         stamp = 3600.0 * int(hours) + 60.0 * int(minutes) + int(seconds) + float(f"0.{fraction or millis or 0}")

@@ -10,7 +10,7 @@ from echoplan.errors import InputError, InvalidValueError
 from echoplan.io.text_logs.angles import understood_angles
 from echoplan.io.text_logs.damage import check_gaps, check_lost_places, without_damage
 from echoplan.io.text_logs.decoding import read_lines
-from echoplan.io.text_logs.dialect import recognise_dialect, rows_of
+from echoplan.io.text_logs.dialect import check_thousands, recognise_dialect, rows_of
 from echoplan.io.text_logs.driving import check_wheels, has_wheels, understood_drive
 from echoplan.io.text_logs.facts import Fact, Origin, Skipped
 from echoplan.io.text_logs.layout import recognise_layout
@@ -144,6 +144,8 @@ def _read_file(path: Path, options: LogOptions) -> tuple[Records, tuple[Fact, ..
         raise InputError(path, "it is empty", remedy="save what the serial monitor shows")
     dialect = recognise_dialect(lines, decimal_comma=options.decimal_comma)
     rows = rows_of(lines, dialect)
+    if not options.decimal_comma:
+        check_thousands(rows, dialect, source=source)
     layout = recognise_layout(rows, dialect, options=options, source=source)
     grammar = with_units(rows, Grammar(dialect=dialect, layout=layout, source=source))
     items = without_damage(items_of(rows, grammar))

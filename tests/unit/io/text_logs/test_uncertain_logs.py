@@ -132,3 +132,78 @@ class TestOptionsWithoutEffect:
         rig = builtin_rig("hc-sr04-servo")
         with pytest.raises(InputError, match=r"says where its sensors point, and so does @ in --columns"):
             read(sweep(), places=ORIGIN, columns="angle,range@90", rig=rig)
+
+
+class TestHeaders:
+    def test_german_names_and_units_are_known(self, read: Callable[..., TextLog]) -> None:
+        for header in ("Winkel [Grad];Abstand [cm]", "Servowinkel;Entfernung (cm)"):
+            lines = [header, *(line.replace(",", ";").replace(".", ",") for line in sweep())]
+            (found,) = read(lines, places=ORIGIN).recording.sweeps
+            np.testing.assert_allclose(np.degrees(found.servo_angles), ANGLES)
+            assert found.ranges[0] == pytest.approx(distance(-90) / 100)
+
+    @pytest.mark.parametrize("header", ["pos,distance", "Servo test, distance", "step,range"])
+    def test_unknown_names_above_numbers_like_angles_are_asked_about(
+        self, header: str, read: Callable[..., TextLog]
+    ) -> None:
+        with pytest.raises(InputError, match=r"has names that are not known; .* --columns angle,range"):
+            read([header, *sweep()], places=ORIGIN)
+
+    def test_what_a_board_says_first_is_no_header(self, read: Callable[..., TextLog]) -> None:
+        (found,) = read(["Sonar ready", *(line.replace(",", " ") for line in sweep())], places=ORIGIN).recording.sweeps
+        np.testing.assert_allclose(np.degrees(found.servo_angles), ANGLES)
+
+    @pytest.mark.parametrize("name", ["sensor", "id"])
+    def test_lines_of_two_sensors_are_refused(self, name: str, read: Callable[..., TextLog]) -> None:
+        rows = [f"{sensor},{line}" for line in sweep() for sensor in range(2)]
+        with pytest.raises(InputError, match="its lines are of 2 sensors, '0', '1', one below the other"):
+            read([f"{name},angle,distance", *rows], places=ORIGIN)
+        assert read([f"{name},angle,distance", *rows[::2]], places=ORIGIN).recording.sweeps
+
+    def test_counts_of_wheels_are_known(self, read: Callable[..., TextLog]) -> None:
+        rows = [f"{10 * number},{10 * number},{line}" for number, line in enumerate(sweep())]
+        (found,) = read(["left,right,angle,distance", *rows], tick=0.005, wheel_base=0.15).recording.sweeps
+        np.testing.assert_allclose(found.map_from_base[-1], [3.0, 0.0, 0.0], atol=1e-9)
+
+
+def test_numbers_of_lines_that_look_like_angles_are_a_guess(read: Callable[..., TextLog]) -> None:
+    lines = [f"{number},{line.split(',')[1]}" for number, line in enumerate(sweep())]
+    (guess,) = read(lines, places=ORIGIN).guesses
+    assert guess.option == "--columns angle,range"
+    assert not read(lines, places=ORIGIN, columns="angle,range").guesses
+
+
+def test_long_lines_are_asked_about_in_short(read: Callable[..., TextLog]) -> None:
+    with pytest.raises(InputError, match=r"its lines have 61 numbers, .* --columns range\*61 if all are distances"):
+        read([" ".join(line.split(",")[1] for line in sweep(place)) for place in range(3)])
+
+
+@pytest.mark.parametrize("form", ['"{}","{}"', '{},"{}"'])
+def test_quotation_marks_may_hold_a_decimal_comma(form: str, read: Callable[..., TextLog]) -> None:
+    lines = [form.format(*(word.replace(".", ",") for word in line.split(","))) for line in sweep()]
+    (found,) = read(["angle,distance", *lines], places=ORIGIN).recording.sweeps
+    assert found.ranges[0] == pytest.approx(distance(-90) / 100)
+
+
+@pytest.mark.parametrize(
+    ("header", "stamp"),
+    [
+        ("time,", "10:33:{:02}.000,"),
+        ("date,time,", "2024-05-01,10:33:{:02},"),
+        ("", "2024-05-01T10:33:{:02}.500Z "),
+        ("", "2024-05-01 10:33:{:02}+02:00,"),
+    ],
+)
+def test_clock_times_are_times(header: str, stamp: str, read: Callable[..., TextLog]) -> None:
+    lines = [f"{stamp.format(number)}{line}" for number, line in enumerate(sweep()[:60])]
+    (found,) = read([f"{header}angle,distance"] * bool(header) + lines, places=ORIGIN).recording.sweeps
+    assert set(np.diff(found.stamps_ns)) == {1_000_000_000}
+    np.testing.assert_allclose(np.degrees(found.servo_angles), [*ANGLES][:60])
+
+
+def test_commas_that_may_separate_thousands_are_refused(read: Callable[..., TextLog]) -> None:
+    lines = [f'{angle},"{10 * distance(angle):,.0f}"' for angle in ANGLES]
+    with pytest.raises(
+        InputError, match=r"the comma in numbers such as '2,436' may separate thousands; .* --decimal-co"
+    ):
+        read(["angle,distance_mm", *lines], places=ORIGIN)
