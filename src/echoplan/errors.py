@@ -115,7 +115,7 @@ class MissingExtraError(EchoplanError, ImportError):
     """
 
     def __init__(self, package: str, *, extra: str) -> None:
-        super().__init__(f"{package} is not installed; install it with: pip install 'echoplan[{extra}]'")
+        super().__init__(f"{package} is not installed; install it with: pip install {package} (extra {extra!r})")
 
 
 def _revived(kind: type[EchoplanError], args: tuple[Any, ...], fields: dict[str, Any]) -> EchoplanError:

@@ -61,7 +61,7 @@ def test_a_name_like_no_other_gets_no_guess() -> None:
 
 def test_a_missing_extra_is_reported_with_the_command_that_installs_it() -> None:
     assert str(MissingExtraError("rosbags", extra="ros")) == (
-        "rosbags is not installed; install it with: pip install 'echoplan[ros]'"
+        "rosbags is not installed; install it with: pip install rosbags (extra 'ros')"
     )
 
 

@@ -26,7 +26,6 @@ EXTRAS = {
     "ros": {"rosbags": "rosbags"},
     "cad": {"ezdxf": "ezdxf"},
     "cluster": {"dask": "dask", "distributed": "distributed", "pyarrow": "pyarrow"},
-    "device": {"pyserial": "serial"},
 }
 # Modules that mapping cannot do without by the names of their packages: the last one brings the default method.
 _ESSENTIAL = {"numpy": "numpy", "scipy": "scipy", "numba": "numba", "echoplan": "echoplan.joint.mapper"}
@@ -86,7 +85,7 @@ def _extras() -> "Iterator[Check]":
     for extra, modules in EXTRAS.items():
         missing = [package for package, module in modules.items() if find_spec(module) is None]
         found = f"{', '.join(missing)} not installed" if missing else ", ".join(map(_versioned, modules))
-        remedy = f"pip install 'echoplan[{extra}]'" if missing else ""
+        remedy = f"pip install {' '.join(missing)}" if missing else ""
         yield Check(name=f"extra {extra}", found=found, remedy=remedy)
 
 

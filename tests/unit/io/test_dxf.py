@@ -137,6 +137,6 @@ def test_the_same_map_gives_the_same_bytes_and_dates_of_other_drawings_stay(tmp_
 
 def test_without_ezdxf_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "ezdxf.filemanagement", None)
-    with pytest.raises(MissingExtraError, match=r"pip install 'echoplan\[cad\]'"):
+    with pytest.raises(MissingExtraError, match=r"pip install ezdxf \(extra 'cad'\)"):
         write_dxf(tmp_path / "map.dxf", room())
     assert not list(tmp_path.iterdir())

@@ -184,5 +184,5 @@ def test_without_rosbags_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.
         return imported(name, *rest, **more)
 
     monkeypatch.setattr(builtins, "__import__", without_rosbags)
-    with pytest.raises(MissingExtraError, match=r"rosbags is not installed; install it with: pip install 'echoplan\[r"):
+    with pytest.raises(MissingExtraError, match=r"rosbags is not installed; install it with: pip install rosbags"):
         read_bag(path)
