@@ -73,11 +73,11 @@ $(STAMPS)/docs: $(STAMPS)/base
 
 $(STAMPS)/test: $(STAMPS)/base
 	@echo "Installing what the tests need ..."
-	@$(INSTALL) --editable '.[ros,cad,cluster]' --group test --group docs
+	@$(INSTALL) --requirements pyproject.toml --extra cluster --group test --group docs
 	@touch $@
 
 # Two workers and the examples would each compile the same for half a minute; one does it before them.
-$(STAMPS)/compiled: $(STAMPS)/test $(shell find src -name '*.py')
+$(STAMPS)/compiled: $(STAMPS)/base $(shell find src -name '*.py')
 	@echo "Compiling ..."
 	@$(BIN)/python tests/warm_up.py
 	@touch $@

@@ -9,6 +9,6 @@ for _wish in ("FORCE_COLOR", "NO_COLOR", "COLUMNS", "LINES", "TTY_COMPATIBLE", "
     os.environ.pop(_wish, None)
 os.environ["TERM"] = "xterm"
 
-# Property tests draw the same thirty examples on every run, and a slow machine does not fail them.
-settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=30)
+# Property tests draw the same fifty examples on every run, and a slow machine does not fail them.
+settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=50)
 settings.load_profile("repeatable")
