@@ -5,14 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from echoplan.arrays import BoolArray, FloatArray, IntArray, chosen_items
+from echoplan.io.passes import LEAST_TURN, pass_starts
 from echoplan.model import Sweep
 
 __all__ = ["PingColumns", "split_into_sweeps"]
-
-# A servo turns back where it does so by more than this share of its way: jitter, or the sway of a hand, is less.
-_BACK = 0.1
-# A servo that turns less in all [rad] stands still.
-_LEAST_TURN = 0.02
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -55,9 +51,9 @@ def split_into_sweeps(pings: PingColumns) -> tuple[Sweep, ...]:
     """
     pings = pings[np.lexsort((pings.sensor_ids, pings.stamps_ns))]
     starts = _round_starts(pings.sensor_ids, pings.stamps_ns)
-    angles = np.unwrap(pings.servo_angles)[starts]
-    if np.ptp(angles) > _LEAST_TURN:
-        starts = starts[_pass_starts(angles)]
+    angles = pings.servo_angles[starts]
+    if np.ptp(np.unwrap(angles)) > LEAST_TURN:
+        starts = starts[pass_starts(angles)]
     ends = np.append(starts[1:], len(pings))
     return tuple(
         Sweep(
@@ -83,27 +79,4 @@ def _round_starts(sensor_ids: IntArray, stamps_ns: IntArray) -> IntArray:
             starts.append(place)
             fired.clear()
         fired.add(sensor)
-    return np.array(starts, dtype=np.int64)
-
-
-def _pass_starts(angles: FloatArray) -> IntArray:
-    """Return at which round each pass of the servo begins: after each extreme, and after each full turn."""
-    back = _BACK * min(float(np.ptp(angles)), 2.0 * np.pi)
-    # The extreme of the pass so far is held from round ``first`` to ``last``: a servo may dwell there.
-    starts, first, last, direction = [0], 0, 0, 0.0
-    for place, angle in enumerate(angles):
-        ahead = angle - angles[last]
-        is_far = abs(ahead) > back
-        direction = direction or float(np.sign(ahead)) * is_far
-        if direction * ahead > 0.0:
-            first = last = place
-        elif ahead == 0.0:
-            last = place
-        elif is_far:
-            starts.append((first + last) // 2 + 1)
-            # A jump is a flyback, and tells nothing of the next direction.
-            direction = 0.0 if abs(angle - angles[place - 1]) > back else -direction
-            first = last = place
-        if abs(angles[last] - angles[starts[-1]]) >= 2.0 * np.pi:
-            starts.append(last)
     return np.array(starts, dtype=np.int64)

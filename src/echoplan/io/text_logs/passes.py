@@ -4,19 +4,15 @@ import numpy as np
 
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.errors import InputError
-from echoplan.geometry import wrap
+from echoplan.io.passes import pass_starts
 from echoplan.io.text_logs.columns import Role
 from echoplan.io.text_logs.facts import Fact, Origin
 from echoplan.io.text_logs.records import Reading, Records
 
 __all__ = ["pass_numbers", "runs_of", "times_of_rows"]
 
-# Share of the span of angles by which a servo must have turned back for a new pass: a hand-turned sensor wavers.
-_TURNED_BACK = 0.2
 # No sketch waits so long from ping to ping [s]: numbers that grow faster are milliseconds.
 _SLOWEST = 5.0
-# Steps of a servo are smaller; a flyback is larger [rad].
-_ACROSS = 0.5
 
 
 def runs_of(records: Records) -> tuple[IntArray, IntArray]:
@@ -35,29 +31,8 @@ def pass_numbers(angles: FloatArray, runs: IntArray) -> IntArray:
     numbers = np.zeros(len(angles), dtype=np.int64)
     for rows in np.split(np.arange(len(runs)), np.flatnonzero(np.diff(runs)) + 1):
         # The first row of each run begins a pass, too.
-        numbers[[rows[0] + start for start in _starts(angles[rows])]] = 1
+        numbers[rows[pass_starts(angles[rows])]] = 1
     return np.cumsum(numbers) - 1
-
-
-def _starts(angles: FloatArray) -> list[int]:
-    """Return where passes start: behind an extreme from which the angle moved back by a share of the span."""
-    # A step across +-180 degrees is none across the whole turn.
-    steps = np.diff(angles)
-    turns = np.where((np.abs(steps) > np.pi) & (np.abs(wrap(steps)) < _ACROSS), np.round(steps / (2.0 * np.pi)), 0.0)
-    unwrapped = angles - 2.0 * np.pi * np.concatenate([[0.0], np.cumsum(turns)])
-    least = _TURNED_BACK * float(np.ptp(unwrapped))
-    starts, extreme, direction = [0], 0, 0.0
-    for index in range(1, len(unwrapped)):
-        moved = unwrapped[index] - unwrapped[extreme]
-        is_far = abs(moved) > least
-        if is_far and moved * direction < 0.0:
-            is_jump = abs(unwrapped[index] - unwrapped[index - 1]) > least
-            starts.append(index if is_jump else extreme + 1)
-            # After a jump, which way the servo turns is not known yet.
-            extreme, direction = index, 0.0 if is_jump else np.sign(moved)
-        elif moved * direction > 0.0 or is_far:
-            extreme, direction = index, np.sign(moved)
-    return starts
 
 
 def times_of_rows(records: Records, *, sensors: int, period: float, source: str) -> tuple[FloatArray, Fact]:
