@@ -16,7 +16,7 @@ from echoplan.io.text_logs.facts import Fact, Origin, Skipped
 from echoplan.io.text_logs.layout import recognise_layout
 from echoplan.io.text_logs.lines import records_of
 from echoplan.io.text_logs.options import LogOptions
-from echoplan.io.text_logs.passes import pass_numbers, runs_of, times_of_rows
+from echoplan.io.text_logs.passes import pass_numbers, times_of_rows
 from echoplan.io.text_logs.places import understood_places
 from echoplan.io.text_logs.ranges import understood_ranges
 from echoplan.io.text_logs.records import Grammar, Records, items_of, with_units
@@ -88,8 +88,7 @@ def read_text_log(paths: Sequence[Path], options: LogOptions | None = None) -> T
     records, facts = _read_files(paths, using)
     rig, sensor_fact = understood_sensors(records.columns, using, source=source)
     angles, angle_facts = understood_angles(records, using, source=source)
-    runs, files = runs_of(records)
-    passes = pass_numbers(angles, runs) if angle_facts else np.arange(len(angles))
+    passes, files = pass_numbers(records, angles)
     check_wheels(records, using, source=source)
     if has_wheels(records):
         poses, place_facts = understood_drive(records, using, source=source)

@@ -4,30 +4,42 @@ import numpy as np
 
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.errors import InputError
-from echoplan.io.passes import pass_starts
+from echoplan.io.passes import LEAST_TURN, pass_starts
 from echoplan.io.text_logs.columns import Role
 from echoplan.io.text_logs.facts import Fact, Origin
 from echoplan.io.text_logs.records import Reading, Records
 
-__all__ = ["pass_numbers", "runs_of", "times_of_rows"]
+__all__ = ["pass_numbers", "times_of_rows"]
 
 # No sketch waits so long from ping to ping [s]: numbers that grow faster are milliseconds.
 _SLOWEST = 5.0
 
 
-def runs_of(records: Records) -> tuple[IntArray, IntArray]:
-    """Return the numbers of run and file of each reading; a run ends with the file, and at a place.
+def pass_numbers(records: Records, angles: FloatArray) -> tuple[IntArray, IntArray]:
+    """Return the numbers of pass and file of each reading, shape (n,); a sensor that does not turn makes a pass a row.
 
-    A robot that says where it is all the time moves while its servo turns: then a place ends no run.
+    Passes end where the angle turns back, after a full turn, with the file, and where the place changes. A robot whose
+    place changes within passes moves while its servo turns: then a place ends no pass.
     """
     is_reading = np.array([isinstance(item, Reading) for item in records.items])
     files = np.repeat(np.arange(len(records.counts)), records.counts)
     runs = np.cumsum(~is_reading) + files if records.is_standing else files
-    return runs[is_reading], files[is_reading]
+    runs, files = runs[is_reading], files[is_reading]
+    if np.ptp(angles) <= LEAST_TURN:
+        return np.arange(len(angles)), files
+    passes = _numbered(angles, runs)
+    poses = records.poses
+    if poses is not None:
+        moves = np.flatnonzero(np.diff(poses, axis=0).any(axis=1)) + 1
+        starts = np.flatnonzero(np.diff(passes)) + 1
+        # By the angle alone, a pass may begin a reading too early or too late: extremes are read once, twice or never.
+        if 2 * np.isin(moves, [starts - 1, starts, starts + 1]).sum() > len(moves):
+            passes = _numbered(angles, runs + np.searchsorted(moves, np.arange(len(runs)), side="right"))
+    return passes, files
 
 
-def pass_numbers(angles: FloatArray, runs: IntArray) -> IntArray:
-    """Return the number of the pass of each reading; passes end with a run and where the angle turns back."""
+def _numbered(angles: FloatArray, runs: IntArray) -> IntArray:
+    """Return the number of the pass of each reading; passes end with a run, too."""
     numbers = np.zeros(len(angles), dtype=np.int64)
     for rows in np.split(np.arange(len(runs)), np.flatnonzero(np.diff(runs)) + 1):
         # The first row of each run begins a pass, too.

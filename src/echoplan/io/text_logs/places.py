@@ -71,11 +71,10 @@ def _in_log(records: Records, *, source: str) -> FloatArray | None:
     """Return the places that the log has in lines before the readings, or in columns beside them, shape (n, 3)."""
     if PlaceLine in map(type, records.items):
         return _from_lines(records)
-    if records.column(Role.X) is None or records.column(Role.Y) is None:
+    poses = records.poses
+    if poses is None:
         _check_parts(records, source)
-        return None
-    rows = [[reading.numbers.get(role, 0.0) for role in POSE_ROLES] for reading in records.readings]
-    return np.array(rows)
+    return poses
 
 
 def _check_parts(records: Records, source: str) -> None:

@@ -7,6 +7,7 @@ from itertools import accumulate
 
 import numpy as np
 
+from echoplan.arrays import FloatArray
 from echoplan.errors import InputError
 from echoplan.io.text_logs.cells import Cell, read_cell
 from echoplan.io.text_logs.columns import TIME_UNITS, Column, Role
@@ -103,6 +104,13 @@ class Records:
     def is_standing(self) -> bool:
         """Whether the robot stops at its places; one that moves all the time says where it is before each reading."""
         return (len(self.items) - len(self.readings)) * _FEWEST <= len(self.readings)
+
+    @property
+    def poses(self) -> FloatArray | None:
+        """Places in columns beside the readings, in the units of the log, shape (n, 3); None if there are none."""
+        if self.column(Role.X) is None or self.column(Role.Y) is None:
+            return None
+        return np.array([[reading.numbers.get(role, 0.0) for role in POSE_ROLES] for reading in self.readings])
 
     def joined(self, other: "Records") -> "Records":
         """Append the records of another file with the same columns."""

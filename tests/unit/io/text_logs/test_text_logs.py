@@ -277,6 +277,28 @@ def test_a_robot_that_says_where_it_is_before_each_reading_moves_while_its_servo
     np.testing.assert_allclose(pings(log)[:, 2], 0.6 + 0.01 * np.arange(38))
 
 
+@pytest.mark.parametrize(("first", "second"), [(80, 90), (90, 90), (90, 80)])
+def test_a_sweep_ends_where_the_place_in_columns_changes(first: int, second: int, read: Callable[..., TextLog]) -> None:
+    there, back = range(-90, first + 1, 10), range(second, -91, -10)
+    readings = [*((angle, 60) for angle in there), *((angle, 150) for angle in back)]
+    rows = [f"{angle},{distance(0, angle)},{x},60,0" for angle, x in readings]
+    log = read(["angle,distance_cm,x_cm,y_cm,heading", *rows])
+    assert [len(sweep) for sweep in log.recording.sweeps] == [len(there), len(back)]
+
+
+def test_places_in_columns_that_change_within_sweeps_end_none(read: Callable[..., TextLog]) -> None:
+    angles = [*ANGLES, *reversed(ANGLES)]
+    rows = [f"{angle},{distance(0, angle)},{60 + number // 4},60,0" for number, angle in enumerate(angles)]
+    log = read(["angle,distance_cm,x_cm,y_cm,heading", *rows])
+    assert [len(sweep) for sweep in log.recording.sweeps] == [19, 19]
+
+
+def test_a_sensor_that_keeps_its_angle_makes_a_sweep_of_each_line(read: Callable[..., TextLog]) -> None:
+    rows = [f"0,{distance(0, angle)},{60 + number},60,0" for number, angle in enumerate(ANGLES)]
+    log = read(["angle,distance_cm,x_cm,y_cm,heading", *rows])
+    assert [len(sweep) for sweep in log.recording.sweeps] == [1] * 19
+
+
 def test_a_place_among_lines_of_three_columns_is_no_reading(read: Callable[..., TextLog]) -> None:
     rows = [f"{1000 + 50 * n},{10 * n - 90},{250 + n}" for n in range(19)]
     log = read(
