@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from echoplan.errors import InputError
-from echoplan.io.text_logs.cells import labelled_cells, read_cell
+from echoplan.io.text_logs.cells import Cell, labelled_cells, read_cell
 from echoplan.io.text_logs.lines import Line
 
 __all__ = ["Dialect", "Row", "check_thousands", "recognise_dialect", "rows_of"]
@@ -53,11 +53,12 @@ class Dialect:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Row:
-    """A line in cells, with the labels that stood before them."""
+    """A line in cells, with the labels that stood before them, and what the cells mean; None for words."""
 
     line: Line
     cells: tuple[str, ...]
     names: tuple[str, ...] = ()
+    numbers: tuple[Cell | None, ...] = ()
 
 
 def recognise_dialect(lines: Sequence[Line], *, decimal_comma: bool) -> Dialect:
@@ -95,7 +96,13 @@ def rows_of(lines: Sequence[Line], dialect: Dialect) -> list[Row]:
             rows[-1] = replace(rows[-1], cells=rows[-1].cells + row.cells, names=rows[-1].names + row.names)
         else:
             rows.append(row)
-    return rows
+    return [replace(row, numbers=tuple(_read(cell, row, dialect=dialect) for cell in row.cells)) for row in rows]
+
+
+def _read(text: str, row: Row, *, dialect: Dialect) -> Cell | None:
+    """Read a cell; a label before it shows where a number with a decimal comma begins."""
+    cell = read_cell(text, decimal=dialect.decimal)
+    return read_cell(text, decimal=",") if cell is None and row.names else cell
 
 
 def _row(line: Line, dialect: Dialect) -> Row:

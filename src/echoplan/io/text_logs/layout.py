@@ -9,7 +9,6 @@ import numpy as np
 
 from echoplan.arrays import FloatArray
 from echoplan.errors import InputError
-from echoplan.io.text_logs.cells import read_cell
 from echoplan.io.text_logs.columns import Column, Role, columns_named, parse_columns, spelled
 from echoplan.io.text_logs.dialect import Dialect, Row
 from echoplan.io.text_logs.facts import Fact, Origin
@@ -69,11 +68,11 @@ class Layout:
 
 def recognise_layout(rows: Sequence[Row], dialect: Dialect, *, options: LogOptions, source: str) -> Layout:
     """Return what the numbers of the rows mean; ask for ``--columns`` where the log does not say."""
-    numeric = _numeric(rows, dialect)
+    numeric = [*filter(_is_numeric, rows)]
     layout = _given(rows, options, source=source) if options.columns else _labels(rows)
     if not any(map(_has_range, layout.columns.values())) and not options.columns:
         layout = _header(rows, numeric, dialect=dialect, source=source) or _unnamed(
-            rows, numeric, dialect=dialect, options=options, source=source
+            rows, numeric, options=options, source=source
         )
     _check(layout, source)
     _check_sensors(rows, layout, source=source)
@@ -82,9 +81,7 @@ def recognise_layout(rows: Sequence[Row], dialect: Dialect, *, options: LogOptio
     return replace(layout, columns={**places, **layout.columns})
 
 
-def _unnamed(
-    rows: Sequence[Row], numeric: Sequence[Row], *, dialect: Dialect, options: LogOptions, source: str
-) -> Layout:
+def _unnamed(rows: Sequence[Row], numeric: Sequence[Row], *, options: LogOptions, source: str) -> Layout:
     """Recognise rows by their numbers alone; refuse labels that name no distance."""
     labels = Counter(row.names for row in rows if row.names)
     if labels.total() > len(numeric):
@@ -92,7 +89,7 @@ def _unnamed(
         problem = f"none of its labels names a distance: {', '.join(map(repr, names))}"
         remedy = f"say what they are, such as --columns {'-,' * (len(names) - 1)}range"
         raise InputError(source, problem, remedy=remedy)
-    return _bare(numeric, dialect, options=options, source=source)
+    return _bare(numeric, options=options, source=source)
 
 
 def _given(rows: Sequence[Row], options: LogOptions, *, source: str) -> Layout:
@@ -121,7 +118,7 @@ def _header(rows: Sequence[Row], numeric: Sequence[Row], *, dialect: Dialect, so
         is_most = 2 * known > len(roles) - row.cells.count("")
         is_understood = any((is_most, is_table and Role.ANGLE in roles))
         if Role.RANGE in roles and any((is_understood, is_table and len(roles) == usual)):
-            numbers = _numbers(numeric, dialect, width=len(columns))
+            numbers = _numbers(numeric, width=len(columns))
             _check_header(row, columns, numbers=numbers, is_understood=is_understood, source=source)
             return Layout(columns={len(columns): columns}, origin=Origin.STATED, headers=frozenset([row.cells]))
     return None
@@ -172,7 +169,7 @@ def _labels(rows: Sequence[Row]) -> Layout:
     return Layout(columns=readings | places, origin=Origin.STATED)
 
 
-def _bare(rows: Sequence[Row], dialect: Dialect, *, options: LogOptions, source: str) -> Layout:
+def _bare(rows: Sequence[Row], *, options: LogOptions, source: str) -> Layout:
     """Recognise rows of numbers alone by how many there are, and by the column that goes up and down as angles do."""
     widths = Counter(len(row.cells) for row in rows)
     if not widths:
@@ -184,8 +181,8 @@ def _bare(rows: Sequence[Row], dialect: Dialect, *, options: LogOptions, source:
     places, width = widths[len(_PLACE)], max(_BARE, key=widths.__getitem__)
     if widths[width] < max(places, widths.total() - places - widths[width]):
         width = widths.most_common(1)[0][0]
-        raise _unknown_columns(_numbers(rows, dialect, width=width), source)
-    numbers = _numbers(rows, dialect, width=width)
+        raise _unknown_columns(_numbers(rows, width=width), source)
+    numbers = _numbers(rows, width=width)
     _check_angles(numbers, source)
     # Numbers of lines look like the angles of one sweep from 0 or 1 in steps of 1, if no option says they are.
     counts = places == 0 and numbers[0, 0] in (0.0, 1.0) and bool((np.diff(numbers[:, 0]) == 1.0).all())
@@ -240,24 +237,17 @@ def _is_regular(numbers: FloatArray) -> bool:
     return bool(step > 0.0 and np.mean(np.abs(steps - step) <= _ROUNDING * step) >= _REGULAR)
 
 
-def _numbers(rows: Sequence[Row], dialect: Dialect, *, width: int) -> FloatArray:
+def _numbers(rows: Sequence[Row], *, width: int) -> FloatArray:
     """Numbers of the rows of one width, shape (n, width); 0 for words in their place."""
-    cells = [
-        [read_cell(cell, decimal=dialect.decimal) for cell in row.cells] for row in rows if len(row.cells) == width
-    ]
+    cells = [row.numbers for row in rows if len(row.numbers) == width]
     values = np.array([[cell.value if cell else 0.0 for cell in each] for each in cells])
     finite: FloatArray = np.where(np.isfinite(values), values, 0.0)
     return finite
 
 
-def _numeric(rows: Sequence[Row], dialect: Dialect) -> list[Row]:
-    """Return the rows of numbers without labels."""
-    found = []
-    for row in rows:
-        cells = [] if row.names else [read_cell(cell, decimal=dialect.decimal) for cell in row.cells]
-        if None not in cells and any(cell.decimals is not None for cell in cells if cell):
-            found.append(row)
-    return found
+def _is_numeric(row: Row) -> bool:
+    """Whether a row is one of numbers without labels."""
+    return not row.names and None not in row.numbers and any(cell.decimals is not None for cell in row.numbers if cell)
 
 
 def _are_words(row: Row) -> bool:

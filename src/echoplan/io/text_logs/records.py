@@ -9,7 +9,7 @@ import numpy as np
 
 from echoplan.arrays import FloatArray
 from echoplan.errors import InputError
-from echoplan.io.text_logs.cells import Cell, read_cell
+from echoplan.io.text_logs.cells import Cell
 from echoplan.io.text_logs.columns import TIME_UNITS, Column, Role
 from echoplan.io.text_logs.dialect import Dialect, Row
 from echoplan.io.text_logs.facts import Skipped
@@ -167,10 +167,9 @@ def _item(row: Row, grammar: Grammar, *, position: int) -> Item:
 def _used_cells(row: Row, columns: Sequence[Column], *, grammar: Grammar) -> list[tuple[Column, Cell]] | str:
     """Return the cells of a row that have a meaning, or why it has none."""
     pairs = []
-    for column, text, unit in zip(columns, row.cells, grammar.units_of(columns), strict=True):
+    for column, cell, unit in zip(columns, row.numbers, grammar.units_of(columns), strict=True):
         if column.role is Role.IGNORED:
             continue
-        cell = _read(text, row, grammar=grammar)
         if cell is None or (column.role is not Role.RANGE and not np.isfinite(cell.value)):
             return "a number is missing or cannot be read"
         if cell.decimals is not None and unit not in (None, cell.unit):
@@ -187,19 +186,13 @@ def _stamp(numbers: Mapping[Role, float], row: Row, *, columns: Sequence[Column]
     return TIME_UNITS.get(unit, 1.0) * numbers[Role.TIME]
 
 
-def _read(text: str, row: Row, *, grammar: Grammar) -> Cell | None:
-    """Read a cell; a label before it shows where a number with a decimal comma begins."""
-    cell = read_cell(text, decimal=grammar.dialect.decimal)
-    return read_cell(text, decimal=",") if cell is None and row.names else cell
-
-
 def with_units(rows: Sequence[Row], grammar: Grammar) -> Grammar:
     """Return the grammar with the units that stand beside the numbers of readings."""
     layout = grammar.layout
     found = [row for row in rows if layout.of(row) == layout.readings and row.cells not in layout.headers]
     named, units = list[Column](), list[str]()
     for index, column in enumerate(layout.readings):
-        unit = _common_unit(column, [(row.cells[index], row) for row in found], grammar=grammar)
+        unit = _common_unit(column, [row.numbers[index] for row in found], source=grammar.source)
         if unit not in ("", column.unit or unit):
             problem = f"numbers of the column {column.role.value!r} are in {unit!r}, not in {column.unit!r} as is said"
             raise InputError(grammar.source, problem, remedy="correct the header or --columns")
@@ -208,17 +201,16 @@ def with_units(rows: Sequence[Row], grammar: Grammar) -> Grammar:
     return replace(grammar, layout=layout.with_readings(tuple(named)), units=tuple(units))
 
 
-def _common_unit(column: Column, texts: Sequence[tuple[str, Row]], *, grammar: Grammar) -> str:
+def _common_unit(column: Column, cells: Sequence[Cell | None], *, source: str) -> str:
     """Return the unit beside the numbers of a column, or an empty text."""
     if column.role is Role.IGNORED:
         return ""
-    cells = [_read(text, row, grammar=grammar) for text, row in texts]
     counts = Counter(cell.unit for cell in cells if cell and cell.decimals is not None)
     unit, count = counts.most_common(1)[0] if counts else ("", 0)
     if count < _WITH_UNIT * counts.total():
         names = " and ".join(repr(each) for each in sorted(counts))
         problem = f"the numbers of a column have different units: {names}"
-        raise InputError(grammar.source, problem, remedy="print one unit a column")
+        raise InputError(source, problem, remedy="print one unit a column")
     return unit
 
 
