@@ -8,11 +8,12 @@ from echoplan.io.text_logs.options import MICROSECONDS
 
 __all__ = ["Cell", "labelled_cells", "read_cell", "unit_of"]
 
-# A zero before another digit is no number that a program prints, but two lines run together ("8,0" and "10,0.0").
 _NUMBER = {
-    ".": r"[-+]?(?:(?:0|[1-9]\d*)(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?",
-    ",": r"[-+]?(?:0|[1-9]\d*)(?:,\d+)?",
+    ".": r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?",
+    ",": r"[-+]?\d+(?:,\d+)?",
 }
+# A zero before another digit may show two lines that ran together: "8,0" and "10,0.0".
+_PADDED = re.compile(r"[-+]?0\d")
 # In German "Grad" are degrees; a gon has the name "grad" in options only.
 _UNITS = {
     "m": ("m", "meter", "meters", "metre", "metres"),
@@ -46,11 +47,12 @@ _LABELLED = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cell:
-    """A number as it was printed; a word for a missing reading has no decimals."""
+    """A number as it was printed, perhaps padded with zeros; a word for a missing reading has no decimals."""
 
     value: float
     unit: str = ""
     decimals: int | None = None
+    is_padded: bool = False
 
 
 def read_cell(text: str, *, decimal: str) -> Cell | None:
@@ -62,7 +64,12 @@ def read_cell(text: str, *, decimal: str) -> Cell | None:
         return None if value is None else Cell(value=value)
     number = match[1].replace(",", ".")
     _, _, fraction = number.partition(".")
-    return Cell(value=float(number), unit=unit_of(match[2]) if match[2] else "", decimals=len(fraction))
+    return Cell(
+        value=float(number),
+        unit=unit_of(match[2]) if match[2] else "",
+        decimals=len(fraction),
+        is_padded=bool(_PADDED.match(number)),
+    )
 
 
 def unit_of(word: str) -> str:

@@ -1,5 +1,6 @@
 """Text logs: the recording that one or several files make, and what was understood of them."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -179,12 +180,15 @@ def _check_skipped(records: Records, source: str) -> None:
     lost, read = (sum(len(line.text) for line in lines) for lines in (records.skipped, records.readings))
     is_hopeless = len(records.skipped) > MOST_SKIPPED * records.lines or lost > MOST_SKIPPED * (lost + read)
     if records.skipped and (is_hopeless or not records.readings):
-        first, share = records.skipped[0], f"more than {100.0 * MOST_SKIPPED:.0f} %"
-        counted = f"{len(records.skipped)} of {records.lines} lines cannot be read"
-        problem = f"{counted}, {share} of the text; this one: {first.reason}"
-        place = first.place.removeprefix(f"{source}, ")
-        raise InputError(
-            source, problem, place=place, remedy="state --columns, or delete the lines that are no readings"
+        ((reason, _),) = Counter(line.reason for line in records.skipped).most_common(1)
+        first, share = (
+            next(line for line in records.skipped if line.reason == reason),
+            f"more than {100.0 * MOST_SKIPPED:.0f} %",
         )
+        counted = f"{len(records.skipped)} of {records.lines} lines cannot be read"
+        problem = f"{counted}, {share} of the text; this one: {reason}"
+        place = first.place.removeprefix(f"{source}, ")
+        remedy = "print them otherwise, state --columns, or delete the lines that are no readings"
+        raise InputError(source, problem, place=place, remedy=remedy)
     if not records.readings:
         raise InputError(source, "there is no reading in it", remedy='print lines such as "angle,distance"')

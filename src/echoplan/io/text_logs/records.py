@@ -172,6 +172,8 @@ def _used_cells(row: Row, columns: Sequence[Column], *, grammar: Grammar) -> lis
             continue
         if cell is None or (column.role is not Role.RANGE and not np.isfinite(cell.value)):
             return "a number is missing or cannot be read"
+        if cell.is_padded:
+            return "a number begins with zeros, as where two lines ran together"
         if cell.decimals is not None and unit not in (None, cell.unit):
             return "a number has not the unit of the others"
         pairs.append((column, cell))

@@ -515,6 +515,14 @@ REFUSED = {
         "\n".join([*GOOD, *["what is this"] * 20]),
         "20 of 80 lines cannot be read, more than 20 % of the text",
     ),
+    "numbers padded with zeros": (
+        "60,60,0\n" + "\n".join(f"{a:03d},{150 + a}" for a in range(0, 91, 2)),
+        "46 of 47 lines cannot be read, more than 20 % of the text; this one: a number begins with zeros",
+    ),
+    "numbers all padded with zeros": (
+        "\n".join(f"{a:03d},{500 + a:04d}" for a in range(0, 91, 2)),
+        "this one: a number begins with zeros, as where two lines ran together",
+    ),
     "two units in a column": (
         "60,60,0\n" + "\n".join(f"{a},{150 + a} {'cm' if a % 2 else 'in'}" for a in range(-30, 30)),
         "different units: 'cm' and 'in'",
