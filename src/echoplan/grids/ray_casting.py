@@ -142,11 +142,8 @@ def _cast(
     """
     rows, columns = blocked.shape
     row, column = math.floor(y), math.floor(x)
-    along_x, along_y = (1 if ux > 0.0 else -1), (1 if uy > 0.0 else -1)
-    # Lengths of the ray at the next sides, and from side to side; infinite for a ray parallel to them.
-    step_x, step_y = abs(1.0 / ux), abs(1.0 / uy)
-    next_x = (column + 1 - x if ux > 0.0 else x - column) * step_x if ux != 0.0 else math.inf
-    next_y = (row + 1 - y if uy > 0.0 else y - row) * step_y if uy != 0.0 else math.inf
+    along_x, next_x, step_x = _sides(x, ux)
+    along_y, next_y, step_y = _sides(y, uy)
     while 0 <= row < rows and 0 <= column < columns:
         if blocked[row, column]:
             return True
@@ -162,3 +159,17 @@ def _cast(
             row += along_y
             next_y += step_y
     return False
+
+
+@compiled
+def _sides(start: float, direction: float) -> tuple[int, float, float]:
+    """Return the step along an axis from cell to cell, and the lengths of the ray at the next side and between sides.
+
+    The lengths are infinite for a ray that is parallel to the sides.
+    """
+    length = abs(1.0 / direction)
+    if direction > 0.0:
+        return 1, (math.floor(start) + 1 - start) * length, length
+    if direction < 0.0:
+        return -1, (start - math.floor(start)) * length, length
+    return 0, math.inf, math.inf
