@@ -215,13 +215,14 @@ def _logging_to(console: Console) -> Iterator[None]:
 
 
 def report_files(folder: Path, names: Iterable[str]) -> None:
-    """Say which files were written.
+    """Print which files were written.
 
     Parameters
     ----------
     folder : Path
-        Where they are.
+        Where they are; the current folder is not named.
     names : iterable of str
         What they are called.
     """
-    put(f"Written to {folder}: {', '.join(names)}")
+    place = "" if folder == Path() else f" to {folder}"
+    put(f"Written{place}: {', '.join(names)}")

@@ -74,9 +74,12 @@ def test_a_table_has_its_names_to_the_left_and_its_numbers_to_the_right(capsys: 
     assert lines[0].startswith("mean ")
 
 
-def test_files_are_reported_with_their_folder(capsys: pytest.CaptureFixture[str]) -> None:
-    report_files(Path("out"), ["map.json", "map.svg"])
-    assert capsys.readouterr().out == "Written to out: map.json, map.svg\n"
+@pytest.mark.parametrize(("folder", "beginning"), [("out", "Written to out"), (".", "Written")])
+def test_files_are_reported_with_their_folder_unless_it_is_the_current_one(
+    folder: str, beginning: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    report_files(Path(folder), ["map.json", "map.svg"])
+    assert capsys.readouterr().out == f"{beginning}: map.json, map.svg\n"
 
 
 def test_a_terminal_shows_what_is_being_done_and_what_is_logged_meanwhile(
