@@ -43,7 +43,7 @@ def wall_table(matching: Matching[WallMatch]) -> Table:
     """
     return Table(
         title="Accuracy of the walls",
-        columns=("index", "distance deviation (mm)", "angle deviation (°)", "stations"),
+        columns=("true wall", "distance deviation (mm)", "angle deviation (°)", "stations"),
         rows=_by_object(matching, lambda match: (_millimetres(match.distance), _degrees(match.angle))),
     )
 
@@ -63,7 +63,7 @@ def cylinder_table(matching: Matching[CylinderMatch]) -> Table:
     """
     return Table(
         title="Accuracy of the cylinders",
-        columns=("index", "centre deviation (mm)", "radius deviation (mm)", "stations"),
+        columns=("true cylinder", "centre deviation (mm)", "radius deviation (mm)", "stations"),
         rows=_by_object(matching, lambda match: (_millimetres(match.distance), _millimetres(match.radius_error))),
     )
 

@@ -29,7 +29,7 @@ FOUND = evaluate(
 
 def test_walls_are_listed_as_in_table_5_of_the_paper() -> None:
     table = wall_table(FOUND.matches.walls)
-    assert table.columns == ("index", "distance deviation (mm)", "angle deviation (°)", "stations")
+    assert table.columns == ("true wall", "distance deviation (mm)", "angle deviation (°)", "stations")
     # 3 cm in 2 m are 0.86 degrees.
     assert table.rows[:2] == (("1", "25.0", "0.86", "9"), ("2", "-", "-", "4"))
     assert len(table.rows) == 6
