@@ -45,6 +45,8 @@ class FloorLayout:
         Paper and scale.
     bodies : tuple of ndarray, shape (4, 2)
         Outline of each wall: its face, then its back from end to start [m].
+    has_unknown_thickness : bool
+        Whether the back of a wall was not detected.
     rooms : tuple of Room
         Closed rooms.
     dimensions : tuple of Dimension
@@ -55,6 +57,7 @@ class FloorLayout:
 
     sheet: FloorSheet
     bodies: tuple[FloatArray, ...]
+    has_unknown_thickness: bool
     rooms: tuple[Room, ...]
     dimensions: tuple[Dimension, ...]
     labels: tuple[Label, ...]
@@ -80,7 +83,8 @@ def floor_layout(feature_map: FeatureMap, *, foot: float) -> FloorLayout:
         cylinders=found.cylinders,
     )
     sheet = floor_sheet(Plan(feature_map=features).bounds_xy, foot=foot)
-    depths = wall_depths(found.walls, stations, thickness=_THICKNESS / sheet.millimetres)
+    measured = wall_depths(found.walls, stations)
+    depths = np.where(np.isnan(measured), _THICKNESS / sheet.millimetres, measured)
     bodies = wall_bodies(found.walls, stations, thickness=depths)
     outward = outward_normals(
         np.array([wall.endpoints_xy for wall in found.walls]),
@@ -97,7 +101,12 @@ def floor_layout(feature_map: FeatureMap, *, foot: float) -> FloorLayout:
         inner_dimensions(found, sheet, outward=outward, depths=depths, placed=outer), taken, window=sheet.window
     )
     return FloorLayout(
-        sheet=sheet, bodies=tuple(bodies), rooms=rooms, dimensions=(*outer, *inner), labels=tuple(labels)
+        sheet=sheet,
+        bodies=tuple(bodies),
+        has_unknown_thickness=bool(np.isnan(measured).any()),
+        rooms=rooms,
+        dimensions=(*outer, *inner),
+        labels=tuple(labels),
     )
 
 

@@ -232,6 +232,7 @@ def _signs(feature_map: FeatureMap, layout: FloorLayout) -> Iterator[str]:
     texts = [dimension.text for dimension in layout.dimensions]
     is_used = {
         "wall": feature_map.walls,
+        "thickness": layout.has_unknown_thickness,
         "number": any(label.kind != "area" for label in layout.labels),
         "opening": feature_map.openings,
         "inferred": any(wall.inferred.any() for wall in feature_map.walls),

@@ -54,12 +54,12 @@ def wall_bodies(walls: Sequence[Wall], stations_xy: FloatArray, *, thickness: fl
     ]
 
 
-def wall_depths(walls: Sequence[Wall], stations_xy: FloatArray, *, thickness: float) -> FloatArray:
-    """Find how thick each wall is, shape (w,) [m]: as measured where its back was detected as a wall, else as given."""
+def wall_depths(walls: Sequence[Wall], stations_xy: FloatArray) -> FloatArray:
+    """Find how thick each wall is, shape (w,) [m]: nan where its back was not detected as another wall."""
     faces = np.array([wall.endpoints_xy for wall in walls]).reshape(-1, 2, 2)
     own = np.array([wall.normal_xy for wall in walls]).reshape(-1, 2)
     outward = outward_normals(faces, stations_xy, normals_xy=own)
-    depths = np.full(len(walls), thickness)
+    depths = np.full(len(walls), np.nan)
     for number, (face, normal) in enumerate(zip(faces, outward, strict=True)):
         away = faces - face[0]
         length = float(np.hypot(*(face[1] - face[0])))
@@ -67,7 +67,7 @@ def wall_depths(walls: Sequence[Wall], stations_xy: FloatArray, *, thickness: fl
         overlaps = np.minimum(along.max(axis=1), length) - np.maximum(along.min(axis=1), 0.0) > 0.0
         behind = (away @ normal).mean(axis=1)
         is_back = overlaps & (outward @ normal < _BACK_TO_BACK) & (behind > _JOINED) & (behind <= _THICKEST)
-        depths[number] = behind[is_back].min(initial=np.inf) if is_back.any() else thickness
+        depths[number] = behind[is_back].min() if is_back.any() else np.nan
     return depths
 
 

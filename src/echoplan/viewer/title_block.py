@@ -49,6 +49,7 @@ STROKES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
 SIGNS: Mapping[str, str] = MappingProxyType(
     {
         "wall": "wall: the face that was detected",
+        "thickness": "grey without a back: thickness unknown",
         "number": "number as in the tables",
         "opening": "opening, such as a door",
         "inferred": "inferred, not detected",
@@ -191,7 +192,10 @@ def _draw_signs(axes: Axes, box: _Edges, *, signs: Sequence[str]) -> None:
 def _draw_sample(axes: Axes, place: tuple[float, float], *, sign: str) -> None:
     """Draw a sample of a sign, as long as the samples are, beside its explanation."""
     x, y = place
-    if sign in STROKES:
+    if sign == "thickness":
+        axes.fill([x, x + _SAMPLE, x + _SAMPLE, x], [y, y, y - 1.2, y - 1.2], facecolor=FILL, edgecolor="none")
+        axes.plot([x, x + _SAMPLE], [y, y], **STROKES["wall"])
+    elif sign in STROKES:
         axes.plot([x, x + _SAMPLE], [y, y], **STROKES[sign])
     elif sign in ("cylinder", "corner"):
         marker, size = ("o", 6.0) if sign == "cylinder" else ("x", 4.0)

@@ -59,8 +59,8 @@ def test_a_pdf_has_one_page_of_a4_without_a_date_and_the_same_bytes_every_time()
 def test_the_faces_on_paper_are_those_in_the_room_times_the_scale() -> None:
     axes = axes_of(room())
     assert "1:50 on A4" in words(axes)
-    # The sample of the legend is 8 mm long.
-    assert faces(axes) == pytest.approx([8.0, 60.0, 60.0, 80.0, 80.0])
+    # The two samples of the legend are 8 mm long.
+    assert faces(axes) == pytest.approx([8.0, 8.0, 60.0, 60.0, 80.0, 80.0])
     # A unit of the axes is a millimetre on paper.
     assert (np.diff(axes.get_xlim())[0], np.diff(axes.get_ylim())[0]) == (297.0, 210.0)
     assert axes.bbox.width / axes.figure.dpi * 25.4 == pytest.approx(297.0)
@@ -117,6 +117,13 @@ def test_inferred_pieces_are_dashed_and_unobserved_stretches_dotted_and_the_lege
     assert styles.count("--") == 4
     assert {"inferred, not detected", "unobserved: wall or opening", "opening, such as a door"} <= set(words(axes))
     assert not {"inferred, not detected", "unobserved: wall or opening"} & set(words(axes_of(room())))
+
+
+def test_the_legend_explains_walls_of_unknown_thickness_where_there_are_some() -> None:
+    faces = [maps.wall([0.0, 0.0], [4.0, 0.0]), maps.wall([4.0, -0.1], [0.0, -0.1])]
+    partition = maps.drawn(*faces, poses=[[2.0, 1.0, 0.0], [2.0, -1.0, 0.0]])
+    assert SIGNS["thickness"] in words(axes_of(room()))
+    assert SIGNS["thickness"] not in words(axes_of(Plan(feature_map=partition)))
 
 
 def test_a_corner_is_marked_where_no_wall_ends() -> None:
