@@ -109,5 +109,5 @@ def _recorded(path: Path, folder: Path) -> Recorded:
     if path.is_dir():
         with readable(path):
             files = [each for each in path.iterdir() if each.name in _PARTS or each.suffix in _BAG_SUFFIXES]
-    # Python makes lone surrogates of the bytes of a name that is no UTF-8, and no other text may hold them.
+    # Python decodes names that are not UTF-8 to lone surrogates, which cannot be encoded in any file.
     return Recorded(name=name.encode(errors="replace").decode(), path=path, files=tuple(sorted(files)))

@@ -108,7 +108,7 @@ def read_recording(path: Path) -> RecordingFolder:
         raise InputError(path, "it holds a map, not a recording", remedy=remedy)
     rig = read_rig(path / "rig.toml")
     table = Table.open(path / "pings.csv", PING_COLUMNS, optional=MEASURED)
-    # Python makes lone surrogates of the bytes of a name that is no UTF-8, and no other text may hold them.
+    # Python decodes names that are not UTF-8 to lone surrogates, which cannot be encoded in any file.
     name = path.resolve().name.encode(errors="replace").decode()
     conventions = read_conventions(path / "rig.toml")
     return RecordingFolder(name=name, rig=rig, table=table, folder=path, conventions=conventions)

@@ -50,14 +50,14 @@ def test_info_shows_a_bag_that_cannot_be_mapped_and_what_is_missing(
         line.split() for line in out.splitlines()
     ]
     assert "Missing for a map: /sonar_0: there is no transform from base_link to sonar_0; record /tf_static" in out
-    assert "Missing for a map: nothing in it says where the robot was: no nav_msgs/Odometry" in out
+    assert "Missing for a map: it has no poses of the robot: no nav_msgs/Odometry" in out
     status, out, err = run(["info", bag, "--json"], monkeypatch, capsys)
     document = json.loads(out)["bag"]
     assert (len(document["topics"]), len(document["sensors"]), len(document["missing"])) == (4, 4, 2)
     assert document["sensors"][0]["x"] is None
     status, out, err = run(["map", bag, "--out", str(tmp_path / "map")], monkeypatch, capsys)
     assert (status, out) == (2, "")
-    assert "nothing in it says where the robot was" in err
+    assert "it has no poses of the robot" in err
     assert not (tmp_path / "map").exists()
 
 
@@ -68,14 +68,14 @@ def test_options_of_bags_reach_every_command(
     status, out, _ = run(["info", str(bag), *options, "--json"], monkeypatch, capsys)
     document = json.loads(out)
     assert [sensor["x"] for sensor in document["bag"]["sensors"]] == pytest.approx([0.2, 0.0])
-    assert document["notes"] == ["5 of 10 readings are max_range or more: taken as no echo."]
+    assert document["notes"] == ["5 of 10 readings are max_range or more and mean no echo."]
     for words in (
         ["map", str(bag), "--method", "grid-bayes", "--out", str(tmp_path / "map"), *options],
         ["compare", str(bag), "--methods", "grid-bayes", "--jobs", "1", *options],
     ):
         status, out, _ = run(words, monkeypatch, capsys)
         assert status == 0
-        assert "Note: 5 of 10 readings are max_range or more: taken as no echo." in out
+        assert "Note: 5 of 10 readings are max_range or more and mean no echo." in out
 
 
 def test_options_of_bags_are_refused_for_other_sources(
@@ -91,7 +91,7 @@ def test_options_of_bags_are_refused_for_other_sources(
 @pytest.mark.parametrize(
     ("name", "missing"),
     [
-        ("bags/sonar.bag", "nothing in it says where the robot was"),
+        ("bags/sonar.bag", "it has no poses of the robot"),
         ("bags/scan_lidar.bag", "no topic has ranges of sonar (sensor_msgs/Range); it has /scan"),
         ("bags/odometry.bag", "no topic has ranges of sonar (sensor_msgs/Range); it has /mobile_base_controller/odom"),
         ("real/Lvl_1_Room_Map_4.bag", "it has /fusion (imu_driver/msg/ImuEcho)"),
@@ -117,5 +117,5 @@ def test_a_bag_of_another_robot_is_mapped_once_its_sensors_are_mounted(
     still = [f"--field={name}=0" for name in ("x", "y", "yaw")]
     status, out, _ = run(["info", str(DATA / "bags" / "sonar.bag"), *mounts, *still], monkeypatch, capsys)
     assert status == 0
-    assert "Note: 442 of 609 readings are max_range or more: taken as no echo." in out
+    assert "Note: 442 of 609 readings are max_range or more and mean no echo." in out
     assert "sonar.bag: 203 sweeps, 609 pings" in out

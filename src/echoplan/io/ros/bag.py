@@ -1,4 +1,4 @@
-"""A bag of ROS 1 or ROS 2: its topics and their decoded messages; whatever its reader says becomes one line."""
+"""A bag of ROS 1 or ROS 2: its topics and decoded messages. Errors of its reader become one line."""
 
 import re
 import struct
@@ -24,27 +24,27 @@ __all__ = ["Bag", "Message", "Topic", "is_bag", "open_bag"]
 
 _SUFFIXES = (".bag", ".mcap", ".db3", ".active", ".zstd", ".zst")
 _STORAGES = ("*.mcap", "*.db3")
-# What a file of each kind begins with, and the suffix by which rosbags knows it.
+# The first bytes of a file of each kind, and the suffix by which rosbags recognises it.
 _MAGIC = {b"#ROSBAG V": ".bag", b"\x89MCAP0\r\n": ".mcap", b"SQLite format 3\0": ".db3"}
-# By what the reader says (a pattern), in the order in which they are looked for.
+# Problem and remedy by a pattern in the error of the reader; the first match counts.
 _PROBLEMS = (
     ("end magic", "it was not closed: its end is missing", "repair it with: mcap recover FILE -o repaired.mcap"),
     ("not indexed", "it was not closed: its index is missing", "repair it with: rosbag reindex FILE"),
     ("index looks damaged", "its index is damaged", "repair it with: rosbag reindex FILE"),
-    ("Profile is not ros2", "it is an mcap file, but not of ROS 2", "convert it to a ROS 2 bag, or record one"),
-    ("missing tables", "it is no bag, but another database of SQLite", "check the name"),
+    ("Profile is not ros2", "it is an mcap file without the ROS 2 profile", "convert it to a ROS 2 bag, or record one"),
+    ("missing tables", "it is not a bag but another SQLite database", "check the name"),
     ("files are missing", "a file that metadata.yaml names is missing", "copy the whole folder of the bag"),
     ("[Cc]ompression .*not supported|Unsupported chunk", "its compression is not supported", "use: ros2 bag convert"),
     ("ersion .*not supported", "its version is not supported", "use: ros2 bag convert, or pip install -U rosbags"),
     ("Serialization format", "its messages are not CDR", "record it with the default settings of ros2 bag"),
-    ("hash mismatch", "its message definitions are not those of its messages", "record it again"),
+    ("hash mismatch", "its message definitions do not match its messages", "record it again"),
     (
         "^MemoryError$",
-        "it is damaged, or a message in it is larger than the memory",
-        "record it again, or on a larger computer",
+        "it is damaged, or a message in it does not fit into memory",
+        "record it again, or read it on a computer with more memory",
     ),
 )
-# Parsers quote whole definitions.
+# Errors of parsers quote whole definitions.
 _LONGEST = 100
 _DAMAGED = "repair it (ROS 1: rosbag reindex; mcap: mcap recover; sqlite3: ros2 bag reindex), or record it again"
 
@@ -129,7 +129,7 @@ class Bag:
 
 
 def is_bag(path: Path) -> bool:
-    """Return whether a path is that of a bag: by the first bytes or the suffix of a file, or by what is in a folder.
+    """Return whether a path is a bag: by the first bytes or the suffix of a file, or by the content of a folder.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def is_bag(path: Path) -> bool:
     Returns
     -------
     bool
-        True of what should be read as a bag, whether or not it can be.
+        True for whatever should be read as a bag, even if reading it fails.
     """
     with readable(path):
         if not path.is_dir():
@@ -166,7 +166,7 @@ def open_bag(path: Path) -> Iterator[Bag]:
     Raises
     ------
     InputError
-        If it is no bag or cannot be read, here or while its messages are read.
+        If it is not a bag or cannot be read, when it is opened or while its messages are read.
     MissingExtraError
         If rosbags is not installed.
     """
@@ -194,7 +194,7 @@ def open_bag(path: Path) -> Iterator[Bag]:
 
 
 def _storage_of(path: Path) -> Path:
-    """Find what the reader opens, and refuse what it surely cannot."""
+    """Find the path that the reader opens, and refuse files that it cannot read."""
     check_file(path)
     with readable(path):
         if not path.is_dir():
@@ -209,14 +209,14 @@ def _storage_of(path: Path) -> Path:
 
 
 def _kind_of(path: Path) -> str:
-    """Return the suffix that the first bytes of a file call for; empty if it is no bag."""
+    """Return the suffix that matches the first bytes of a file; empty if it is not a bag."""
     with path.open("rb") as file:
         start = file.read(max(map(len, _MAGIC)))
     return next((suffix for magic, suffix in _MAGIC.items() if start.startswith(magic)), "")
 
 
 def _check_kind(path: Path) -> None:
-    """Refuse a file that is no bag, was not closed, is compressed, or has the name of another kind."""
+    """Refuse a file that is not a bag, was not closed, is compressed, or has the suffix of another kind."""
     kind = _kind_of(path)
     if path.suffix == ".active":
         remedy = "close it with: rosbag reindex FILE, and name it without .active"
@@ -226,14 +226,14 @@ def _check_kind(path: Path) -> None:
     if not path.stat().st_size:
         raise InputError(path, "the file is empty", remedy="record it again")
     if not kind:
-        raise InputError(path, "it is no bag, whatever its name says", remedy="check the name")
-    # rosbags knows the kinds of ROS 2 by their suffixes.
+        raise InputError(path, "it is not a bag, although its name ends like one", remedy="check the name")
+    # rosbags distinguishes the kinds of ROS 2 bags by their suffixes.
     if path.suffix != kind != ".bag":
         raise InputError(path, f"it is a {kind} file by its first bytes", remedy=f"name it {path.stem}{kind}")
 
 
 def _typestore(connection: "Connection", raw: bytes, *, path: Path) -> "Typestore":
-    """Learn a type of messages from its definition in the bag, or else from the distributions of ROS."""
+    """Register a message type from its definition in the bag, or else from the distributions of ROS."""
     from rosbags.interfaces import MessageDefinitionFormat  # noqa: PLC0415 - rosbags is optional
     from rosbags.serde import SerdeError  # noqa: PLC0415
     from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore  # noqa: PLC0415
@@ -278,7 +278,7 @@ def _in_one_line(path: Path) -> Iterator[None]:
     except (
         *(rosbag1.ReaderError, rosbag2.ReaderError, serde.SerdeError, typesys.TypesysError),
         *(apsw.Error, zstd.ZstdError, struct.error, EOFError, OSError, MemoryError),
-        # Damaged files meet assertions, indices and attributes that are not there; lz4 raises RuntimeError.
+        # Damaged files cause assertion, index and attribute errors; lz4 raises RuntimeError.
         *(ValueError, LookupError, TypeError, AttributeError, AssertionError, ArithmeticError, RuntimeError),
     ) as error:
         said = str(error).replace(str(path), path.name) or type(error).__name__

@@ -14,12 +14,12 @@ from echoplan.io.ros.messages import LASER_SCAN, POSES, RANGE, TRANSFORMS
 __all__ = ["range_candidates"]
 
 _NAMES = re.compile("range|dist|echo|sonar|ultraso", re.IGNORECASE)
-# What is understood by its type has no other ranges.
+# Types that echoplan reads have no other ranges.
 _UNDERSTOOD = (RANGE, LASER_SCAN, *POSES, *TRANSFORMS)
 
 
 def range_candidates(bag: Bag) -> tuple[str, ...]:
-    """Name the fields with numbers whose topic or name sounds like a range, as ``--field range=`` takes them."""
+    """Name the numeric fields whose topic or name suggests a range, as ``--field range=`` takes them."""
     found: list[str] = []
     for topic in bag.topics:
         if topic.type in _UNDERSTOOD:

@@ -12,7 +12,7 @@ from echoplan.io.ros.options import BagOptions
 
 __all__ = ["Choice", "choose_topics", "first_names", "named_topics"]
 
-# So many topics or frames are named in an error: a robot has hundreds.
+# Number of topics or frames that an error names: a robot may have hundreds.
 _SHOWN = 8
 
 
@@ -60,12 +60,12 @@ def choose_topics(topics: Sequence[Topic], options: BagOptions, *, path: Path) -
 
 
 def named_topics(topics: Iterable[Topic]) -> str:
-    """Name topics and their types for an error."""
+    """List topics and their types for an error."""
     return first_names([f"{topic.name} ({topic.type})" for topic in topics])
 
 
 def first_names(names: Sequence[str]) -> str:
-    """Join names for an error, but not hundreds of them."""
+    """Join names for an error, at most a few of them."""
     more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
     return ", ".join(names[:_SHOWN]) + more
 
@@ -88,7 +88,7 @@ def _readings(topics: Sequence[Topic], options: BagOptions) -> tuple[Topic, ...]
 
 
 def _matching(pattern: str, topics: Sequence[Topic]) -> list[Topic]:
-    """Return the topics with ranges that a pattern means; a scan is a laser's unless it is named in full."""
+    """Return the topics with ranges that match a pattern; a scan counts as a laser's unless it is named in full."""
     matching = [topic for topic in topics if fnmatchcase(topic.name, pattern)]
     if not matching:
         raise UnknownNameError("topic", pattern, known=[topic.name for topic in topics])
@@ -105,7 +105,7 @@ def _odometry(topics: Sequence[Topic], options: BagOptions, *, path: Path) -> tu
         named = _find(options.odometry, topics)
         if named.type not in POSES:
             remedy = "name a topic of nav_msgs/Odometry or geometry_msgs/PoseStamped"
-            raise InputError("--odom", f"{named.name} has no poses, but {named.type}", remedy=remedy)
+            raise InputError("--odom", f"{named.name} has no poses; its type is {named.type}", remedy=remedy)
         return (named,)
     if all(options.field(key) for key in ("x", "y", "yaw")):
         return ()

@@ -1,4 +1,4 @@
-"""Times of messages: one clock for all topics, and no time that runs back."""
+"""Times of messages: one clock for all topics, and times that never decrease."""
 
 from collections import defaultdict
 from collections.abc import Mapping
@@ -12,23 +12,23 @@ from echoplan.io.ros.series import Role, Series, SeriesKey
 
 __all__ = ["TimedSeries", "with_one_clock"]
 
-# Topics are stamped by the same clock if their stamps and the times of recording differ alike to this [ns]: messages
+# Topics have the same clock if the offsets of their stamps from the times of recording agree to this [ns]: messages
 # are recorded within a second, and localisation stamps transforms up to a second ahead.
 _SAME_CLOCK_NS = 2_000_000_000
-# Messages that overtake each other on the way do so by less than this [ns]; a second run begins farther back.
+# Messages arrive out of order by less than this [ns]; a second run begins farther back.
 _OVERTAKEN_NS = 1_000_000_000
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class TimedSeries:
-    """Series whose stamps are all of one clock, sorted by them.
+    """Series that are stamped by one clock, sorted by time.
 
     Parameters
     ----------
     series : dict
-        The series by their keys.
+        The series by key.
     notes : tuple of str
-        What was done about times, in words.
+        Corrections of times, as sentences for the user.
     """
 
     series: Mapping[SeriesKey, Series]
@@ -36,16 +36,16 @@ class TimedSeries:
 
 
 def with_one_clock(series: Mapping[SeriesKey, Series], *, path: Path) -> TimedSeries:
-    """Use the stamps in the headers where one clock made them all, else the times of recording.
+    """Use the stamps in the headers if one clock made them all, else the times of recording.
 
-    Raises ``InputError`` if time runs back: then the bag holds two runs.
+    Raises ``InputError`` if time goes back, as in a bag of two runs.
     """
     moving = {key: own for key, own in series.items() if key.role is not Role.FIXED_TRANSFORM}
     logged = _topics_by_log(moving)
     notes = []
     for topic, offset_ns in logged.items():
-        why = "have no stamps" if offset_ns is None else f"are stamped by another clock, {offset_ns * 1e-9:+.0f} s off"
-        notes.append(f"The messages on {topic} {why}; the times at which they were recorded are used instead.")
+        why = "have no stamps" if offset_ns is None else f"were stamped by another clock, {offset_ns * 1e-9:+.0f} s off"
+        notes.append(f"The messages on {topic} {why}; the times of recording are used instead.")
     timed = dict(series)
     for key, own in moving.items():
         stamps = np.where((own.stamps_ns == 0) | (key.topic in logged), own.log_ns, own.stamps_ns)
@@ -54,7 +54,7 @@ def with_one_clock(series: Mapping[SeriesKey, Series], *, path: Path) -> TimedSe
 
 
 def _topics_by_log(series: Mapping[SeriesKey, Series]) -> dict[str, int | None]:
-    """Return the topics whose stamps are of no use, and by how much they are off [ns]; None if they have none."""
+    """Return the topics with unusable stamps, and their offset [ns]; None if they have no stamps."""
     by_topic: defaultdict[str, list[Series]] = defaultdict(list)
     for key, own in series.items():
         by_topic[key.topic].append(own)
@@ -63,7 +63,7 @@ def _topics_by_log(series: Mapping[SeriesKey, Series]) -> dict[str, int | None]:
     spread = max(known.values(), default=0) - min(known.values(), default=0)
     if len(known) == len(offsets) and spread <= _SAME_CLOCK_NS:
         return {}
-    # The stamps of the others are those of the computer that recorded them.
+    # The other topics are stamped by the clock of the computer that recorded them.
     near = {topic for topic, offset in known.items() if abs(offset) <= _SAME_CLOCK_NS}
     return {topic: offset for topic, offset in offsets.items() if topic not in near}
 
@@ -72,18 +72,18 @@ def _offset_ns(several: list[Series]) -> int | None:
     """Return by how much the stamps of a topic are later than the times of recording [ns]; None without stamps."""
     stamps, logs = (np.concatenate([getattr(each, name) for each in several]) for name in ("stamps_ns", "log_ns"))
     stamped = stamps != 0
-    # A topic with as many empty stamps as others has none that mean anything.
+    # If half of the stamps of a topic are empty, the others mean nothing.
     return int(np.median(stamps[stamped] - logs[stamped])) if 2 * np.count_nonzero(stamped) > len(stamps) else None
 
 
 def _in_order(series: Series, *, topic: str, path: Path) -> Series:
-    """Sort a series by time, unless it runs back to an earlier run."""
+    """Sort a series by time; refuse it if time goes back, as in a bag of two runs."""
     latest = np.maximum.accumulate(series.stamps_ns)
     back = latest - series.stamps_ns
     if back.max(initial=0) > _OVERTAKEN_NS:
         first = int(np.argmax(back > _OVERTAKEN_NS))
         problem = f"time goes back by {back[first] * 1e-9:.1f} s at message {first + 1}"
-        remedy = "the bag holds two runs, or two publishers of one topic: split it there"
+        remedy = "the bag contains two runs, or a topic with two publishers: split the bag at this message"
         raise InputError(path, problem, place=topic, remedy=remedy)
     order = np.argsort(series.stamps_ns, kind="stable")
     return Series(log_ns=series.log_ns[order], stamps_ns=series.stamps_ns[order], values=series.values[order])

@@ -1,4 +1,4 @@
-"""What is read from a bag, in one pass, before anything is made of it."""
+"""The content of a bag, read in one pass."""
 
 import math
 from dataclasses import dataclass
@@ -23,14 +23,14 @@ _ANGLES = ("servo", "yaw")
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class BagContents:
-    """What was read from a bag, whether or not it suffices for a map.
+    """The content of a bag, whether or not it suffices for a map.
 
     Parameters
     ----------
     path : Path
         The bag.
     options : BagOptions
-        What the user says of it.
+        Options of the user.
     topics : tuple of Topic
         All its topics.
     choice : Choice
@@ -40,7 +40,7 @@ class BagContents:
     frames : Frames
         The transforms.
     notes : tuple of str
-        How times were read, where not by the stamps in the headers.
+        How times were determined if not from the stamps in the headers.
     """
 
     path: Path
@@ -56,7 +56,7 @@ class BagContents:
         return {key: series for key, series in self.series.items() if key.role is role}
 
     def field(self, key: str) -> Series | None:
-        """Return the finite numbers of a field that the user names; None without one.
+        """Return the finite numbers of a field that the user names; None if no field is named.
 
         Raises ``InputError`` if there are none, or angles are not radians.
         """
@@ -74,9 +74,9 @@ class BagContents:
 
 
 def read_contents(path: Path, options: BagOptions) -> BagContents:
-    """Read from a bag what a map may need.
+    """Read everything that a map may need from a bag.
 
-    Raises ``InputError`` if the bag cannot be read, time runs back in it, or several topics have odometry.
+    Raises ``InputError`` if the bag cannot be read, time goes back in it, or several topics have odometry.
     """
     with open_bag(path) as bag:
         choice = choose_topics(bag.topics, options, path=path)

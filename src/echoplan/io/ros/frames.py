@@ -14,7 +14,7 @@ __all__ = ["Frames", "Step", "frames_of", "plane_pose", "span_ns", "transforms_a
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Step:
-    """A step from one frame to the next.
+    """A transform from one frame to the next.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class Frames:
         return {step.start for step in self.steps}
 
     def find(self, name: str) -> str | None:
-        """Find a frame by its name, or else by the last part of it (``robot1/odom``) if only one frame ends so."""
+        """Find a frame by its name, or else by the last part of it (``robot1/odom``) if only one frame matches."""
         ending = [each for each in self.names if each.rpartition("/")[2] == name]
         if name in ending:
             return name
@@ -61,9 +61,9 @@ class Frames:
 
 
 def frames_of(contents: Mapping[SeriesKey, Series]) -> Frames:
-    """Gather all transforms; one on /tf that never changes is as fixed as one on /tf_static.
+    """Gather all transforms; one on /tf that never changes counts as fixed, like those on /tf_static.
 
-    Those with numbers that are not finite, or with an orientation that was never set, are left out.
+    Transforms with numbers that are not finite, or with an all-zero quaternion, are left out.
     """
     steps = []
     for key, recorded in contents.items():
@@ -81,7 +81,7 @@ def frames_of(contents: Mapping[SeriesKey, Series]) -> Frames:
 
 
 def way_between(frames: Frames, start: str, *, end: str) -> list[Step] | None:
-    """Find the shortest way from one frame to another; None if there is none."""
+    """Find the shortest path from one frame to another; None if they are not connected."""
     ways: dict[str, list[Step]] = {start: []}
     queue = deque([start])
     while queue:
@@ -96,7 +96,7 @@ def way_between(frames: Frames, start: str, *, end: str) -> list[Step] | None:
 
 
 def transforms_along(way: Iterable[Step], stamps_ns: IntArray) -> FloatArray:
-    """Chain the transforms along a way at some times: ``start_from_end``, shape (n, 4, 4)."""
+    """Chain the transforms along a path at the given times: ``start_from_end``, shape (n, 4, 4)."""
     chained = np.broadcast_to(np.eye(4), (len(stamps_ns), 4, 4))
     for step in way:
         here = _matrices(step, stamps_ns)
@@ -114,7 +114,7 @@ def _matrices(step: Step, stamps_ns: IntArray) -> FloatArray:
 
     series = step.series
     if step.is_fixed:
-        # The last one counts: a static transform is published again to replace it.
+        # The last one counts: a static transform is replaced by publishing it again.
         values = np.broadcast_to(series.values[-1], (len(stamps_ns), 7))
         turns = Rotation.from_quat(values[:, 3:]).as_matrix()
         shifts = values[:, :3]
@@ -132,7 +132,7 @@ def _matrices(step: Step, stamps_ns: IntArray) -> FloatArray:
 
 
 def span_ns(steps: Sequence[Step]) -> tuple[int, int]:
-    """Return the first and last time [ns] at which every moving step of a way is known."""
+    """Return the first and last time [ns] at which every moving transform of a path is known."""
     moving = [step.series.stamps_ns for step in steps if not step.is_fixed]
     if not moving:
         return -(2**62), 2**62

@@ -26,7 +26,7 @@ __all__ = ["write_map_bag"]
 _BASE, _ODOM = "base_link", "odom"
 # Seconds of builtin_interfaces/Time are of 32 bits.
 _STAMPS_BELOW = 2**31 * 10**9
-# What rmw means by "no deadline" [s, ns].
+# The value that rmw uses for "no deadline" [s, ns].
 _NEVER = (9223372036, 854775807)
 
 
@@ -69,9 +69,9 @@ def write_map_bag(
     grid : OccupancyGrid
         Its grid, as of ``echoplan.grids.grid_from_map``.
     times_ns : array_like of int, shape (s,)
-        When the robot was at each pose of the map [ns].
+        Time at which the robot was at each pose of the map [ns].
     odom_from_base : array_like, shape (s, 3), optional
-        The same poses as the odometry of the robot has them [m, m, rad].
+        The same poses as recorded by the odometry of the robot [m, m, rad].
 
     Raises
     ------
@@ -110,7 +110,7 @@ def _typestore() -> "Typestore":
 def _latched_topics(
     types: Types, feature_map: FeatureMap, *, grid: OccupancyGrid, stamps: IntArray
 ) -> Iterator[_Topic]:
-    """Make what holds from the first pose on."""
+    """Make the messages that hold from the first pose on: latched topics."""
     first = int(stamps.min()) if len(stamps) else 0
     messages = {
         "/map": grid_message(types, grid, stamp=first),
@@ -124,7 +124,7 @@ def _latched_topics(
 def _pose_topics(
     types: Types, feature_map: FeatureMap, *, stamps: IntArray, odom_from_base: FloatArray | None
 ) -> Iterator[_Topic]:
-    """Make what changes from pose to pose."""
+    """Make the messages of each pose: odometry and transforms."""
     if not len(stamps):
         return
     poses, covariances, frame = feature_map.poses, feature_map.pose_covariances, feature_map.frame

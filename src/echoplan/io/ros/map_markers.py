@@ -1,4 +1,4 @@
-"""Markers of a map for RViz and Foxglove: namespaces can be switched off, and numbers are those of ``map.json``."""
+"""Markers of a map for RViz and Foxglove. Namespaces can be hidden separately; numbers are those of ``map.json``."""
 
 import math
 from collections.abc import Iterator
@@ -13,11 +13,11 @@ from echoplan.model import Corner, Cylinder, FeatureMap, Wall
 
 __all__ = ["marker_array"]
 
-# Red, green, blue, opacity: of a lightness between the dark background of RViz and the light one of Foxglove.
+# Red, green, blue, opacity; visible on the dark background of RViz and the light one of Foxglove.
 _BLUE, _GREEN, _GREY = (0.25, 0.55, 0.9, 1.0), (0.2, 0.7, 0.35, 1.0), (0.55, 0.55, 0.55, 1.0)
 _ORANGE, _TEAL = (0.9, 0.45, 0.15, 1.0), (0.15, 0.65, 0.6, 1.0)
 _FAINT = 0.35
-# Widths of lines, diameters of points, heights of text and of what is flat [m].
+# Line widths, point diameters, text heights and the height of flat markers [m].
 _LINE, _DOT, _TEXT, _FLAT = 0.03, 0.06, 0.12, 0.01
 # RViz refuses a marker without extent [m].
 _THINNEST = 1e-3
@@ -63,7 +63,7 @@ def _shapes(feature_map: FeatureMap) -> Iterator[_Shape]:
 def _wall(wall: Wall, number: int) -> Iterator[_Shape]:
     start, end = wall.endpoints_xy
     along = (end - start) / wall.length
-    # Inferred pieces that overlap leave nothing between them.
+    # If inferred pieces overlap, no detected piece is left between them.
     first = min(float(wall.inferred[0]), wall.length)
     last = max(wall.length - float(wall.inferred[1]), first)
     marks = start + np.array([[0.0], [first], [last], [wall.length]]) * along
@@ -133,11 +133,11 @@ def _marker(types: Types, shape: _Shape, *, frame: str, stamp: int) -> Any:
         id=shape.number,
         type=getattr(marker, shape.kind),
         action=marker.ADD,
-        # Above the grid, which lies at 0, and text above what it names.
+        # Markers lie above the grid at 0, and text above markers.
         pose=pose_message(types, shape.pose, z=_TEXT if shape.text else _LINE),
         scale=vector(types, shape.scale),
         color=types["std_msgs/msg/ColorRGBA"](r=red, g=green, b=blue, a=opacity),
-        # For ever.
+        # Never expires.
         lifetime=types["builtin_interfaces/msg/Duration"](sec=0, nanosec=0),
         frame_locked=True,
         points=[point(types, each) for each in shape.points_xy],

@@ -26,12 +26,12 @@ __all__ = [
 # Message classes by their full names, as a type store of rosbags has them.
 Types: TypeAlias = Mapping[str, Any]
 
-# Places of x, y and the rotation about z among x, y, z and the rotations about x, y and z.
+# Indices of x, y and the rotation about z in (x, y, z, rotations about x, y and z).
 _PLANAR = np.array([0, 1, 5])
 
 
 def time_message(types: Types, stamp: int) -> Any:
-    """Make a time of nanoseconds."""
+    """Make a time from nanoseconds."""
     seconds, nanoseconds = divmod(stamp, 10**9)
     return types["builtin_interfaces/msg/Time"](sec=seconds, nanosec=nanoseconds)
 
@@ -42,18 +42,18 @@ def header(types: Types, frame: str, *, stamp: int) -> Any:
 
 
 def point(types: Types, position_xy: ArrayLike, *, z: float = 0.0) -> Any:
-    """Make a point of x and y [m]."""
+    """Make a point from x and y [m]."""
     x, y = np.asarray(position_xy, dtype=np.float64).tolist()
     return types["geometry_msgs/msg/Point"](x=x, y=y, z=z)
 
 
 def rotation(types: Types, yaw: float) -> Any:
-    """Make a quaternion of a turn about the z axis [rad]."""
+    """Make a quaternion from a rotation about the z axis [rad]."""
     return types["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=sin(yaw / 2), w=cos(yaw / 2))
 
 
 def pose_message(types: Types, pose: FloatArray, *, z: float = 0.0) -> Any:
-    """Make a pose of ``(x, y, yaw)`` [m, m, rad]."""
+    """Make a pose from ``(x, y, yaw)`` [m, m, rad]."""
     return types["geometry_msgs/msg/Pose"](
         position=point(types, pose[:2], z=z), orientation=rotation(types, float(pose[2]))
     )
@@ -66,7 +66,7 @@ def vector(types: Types, xyz: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> A
 
 
 def grid_message(types: Types, grid: OccupancyGrid, *, stamp: int) -> Any:
-    """Make the message of a grid, with the cells that map_server would publish of its files."""
+    """Make the message of a grid, with the cells that map_server would publish."""
     rows, columns = grid.values.shape
     info = types["nav_msgs/msg/MapMetaData"](
         map_load_time=time_message(types, stamp),
@@ -107,7 +107,7 @@ def odometry_message(
 
 
 def transform_message(types: Types, pose: FloatArray, *, frame: str, child: str, stamp: int) -> Any:
-    """Make the message of one transform, which takes points from the frame of the child to the other one."""
+    """Make the message of one transform, which takes points from the child frame to the parent frame."""
     x, y, yaw = pose.tolist()
     transform = types["geometry_msgs/msg/Transform"](
         translation=vector(types, (x, y, 0.0)), rotation=rotation(types, yaw)

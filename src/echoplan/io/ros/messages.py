@@ -1,4 +1,4 @@
-"""Messages in, rows of numbers out: what echoplan understands of the types of ROS."""
+"""Convert messages to rows of numbers, for the ROS types that echoplan reads."""
 
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
@@ -15,17 +15,17 @@ __all__ = ["LASER_SCAN", "ODOMETRY", "POSES", "RANGE", "TRANSFORMS", "rows_of"]
 RANGE = "sensor_msgs/msg/Range"
 LASER_SCAN = "sensor_msgs/msg/LaserScan"
 ODOMETRY = "nav_msgs/msg/Odometry"
-# The other types of poses, for a topic that is named.
+# Other types of poses, for topics that the user names.
 POSES = (ODOMETRY, "geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/PoseWithCovarianceStamped")
 TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 _INFRARED = 1
 
 
 def rows_of(message: Message, options: BagOptions) -> Iterator[Row]:
-    """Yield what is in a message: readings, a pose, transforms, and fields that the user names."""
+    """Yield the content of a message: readings, a pose, transforms, and fields that the user names."""
     fields = [field for field in options.fields if field.topic == message.topic.name]
     yield from _field_rows(message, fields)
-    # A field of a Range in another unit takes the place of the message.
+    # A range field that the user names replaces the range of the message.
     if message.topic.type in _ROWS and not any(field.key == "range" for field in fields):
         yield from _ROWS[message.topic.type](message)
 
@@ -104,11 +104,11 @@ def _inner(body: Any, field: Field) -> Any:
                 place = step.strip("[]")
                 value = value[int(place) if place.isdecimal() else list(names).index(place)]
             else:
-                # A JointState names the places in its arrays.
+                # A JointState names the joints in its arrays.
                 value, names = getattr(value, step), getattr(value, "name", None)
         except (AttributeError, LookupError, TypeError, ValueError) as error:
             known = ", ".join(_fields_of(value) or map(str, names or ()))
-            remedy = f"known here: {known}" if known else "places in an array are counted from 0"
+            remedy = f"known here: {known}" if known else "indices of an array start at 0"
             problem = f"a message of {field.topic} has no {step.strip('[]')!r}"
             raise InputError("--field", problem, place=f"{field.key}={field}", remedy=remedy) from error
     return value
@@ -119,7 +119,7 @@ def _fields_of(value: Any) -> list[str]:
 
 
 def _number(value: Any, field: Field) -> float:
-    """Make a number of a field: a time in seconds, the yaw of a quaternion, or the number itself."""
+    """Convert a field to a number: a time to seconds, a quaternion to its yaw."""
     if hasattr(value, "nanosec"):
         return field.factor * (float(value.sec) + 1e-9 * float(value.nanosec))
     if field.key in ("yaw", "servo") and hasattr(value, "w"):
@@ -128,12 +128,12 @@ def _number(value: Any, field: Field) -> float:
         return field.factor * float(value)
     inside = _fields_of(value)
     remedy = f"name a field inside it: {', '.join(inside)}" if inside else "name a field that is a number"
-    problem = f"it is no number but {getattr(value, '__msgtype__', type(value).__name__)}"
+    problem = f"it is not a number but {getattr(value, '__msgtype__', type(value).__name__)}"
     raise InputError("--field", problem, place=f"{field.key}={field}", remedy=remedy)
 
 
 def _yaw(turn: Any) -> float:
-    """Return the direction of the rotated x axis in the plane [rad]; nan of a quaternion that was never set."""
+    """Return the direction of the rotated x axis in the plane [rad]; nan for an all-zero quaternion."""
     x, y, z, w = turn.x, turn.y, turn.z, turn.w
     forward, left = w * w + x * x - y * y - z * z, 2.0 * (w * z + x * y)
     return float(np.arctan2(left, forward)) if forward or left else float("nan")

@@ -18,9 +18,9 @@ from echoplan.io.ros.series import Series, SeriesKey, interpolate
 
 __all__ = ["Mounting", "mountings_of", "names_of"]
 
-# A mounting that varies by less is rigid [m, rad]: a suspension sways so far, and a step of a servo is no smaller.
+# A mounting that varies by less is rigid [m, rad]: a suspension sways by less, and a servo moves in larger steps.
 _RIGID, _RIGID_TURN = 0.01, math.radians(0.5)
-# A beam that points more steeply meets floor or ceiling rather than walls [rad].
+# A steeper beam hits the floor or the ceiling instead of walls [rad].
 _STEEPEST = math.radians(45.0)
 
 
@@ -43,7 +43,7 @@ class Mounting:
     elevation : float
         Angle of the beam above the plane [rad].
     is_assumed : bool
-        Whether nothing says where the sensor is mounted.
+        Whether the mounting is unknown, so that the pose is an assumption.
     """
 
     base_from_turret: FloatArray
@@ -56,7 +56,7 @@ class Mounting:
 
     @property
     def is_level(self) -> bool:
-        """Whether the beam meets walls rather than the floor or the ceiling."""
+        """Whether the beam hits walls rather than the floor or the ceiling."""
         return abs(self.elevation) <= _STEEPEST
 
 
@@ -76,17 +76,17 @@ def mountings_of(read: BagContents, readings: Readings, *, base: str) -> dict[Se
 
 
 def _stated_poses(read: BagContents, readings: Readings) -> dict[str, FloatArray]:
-    """Return the poses that the user states, shape (3,) [m, m, rad], by the names of their sensors."""
+    """Return the mountings that the user states, shape (3,) [m, m, rad], by sensor name."""
     known = {name for key in readings for name in names_of(key)}
     unknown = [mount.frame for mount in read.options.mounts if mount.frame not in known]
-    # Without readings, that is what is wrong.
+    # Without readings, the error about readings comes first.
     if known and unknown:
         raise UnknownNameError("sensor of --mount", unknown[0], known=known)
     return {mount.frame: np.array([mount.x, mount.y, mount.yaw]) for mount in read.options.mounts}
 
 
 def names_of(key: SeriesKey) -> list[str]:
-    """Name a sensor: by its field if its message has several, by its frame, by its topic."""
+    """Return the names of a sensor: its field if the message has several ranges, its frame, its topic."""
     return [name for name in (key.child, key.frame, key.topic.strip("/")) if name]
 
 
@@ -95,7 +95,7 @@ def _transformed(read: BagContents, key: SeriesKey, *, series: Series, base: str
     if way is not None:
         return _along(way, series.stamps_ns, key=key, path=read.path)
     if len(read.options.ranges) == 1 and not read.frames.names:
-        # Messages of a type of its own, and not a word about frames: a sensor at the middle of its robot.
+        # Messages of a custom type without frames: assume a sensor at the middle of the robot.
         return replace(_rigid(identity(), len(series)), is_assumed=True)
     problem = f"there is no transform from {base} to {key.frame}" if key.frame else "its messages name no frame"
     mount = f"state where it is mounted: --mount {names_of(key)[0]}=X,Y,YAW [m, m, rad]"
@@ -104,7 +104,7 @@ def _transformed(read: BagContents, key: SeriesKey, *, series: Series, base: str
 
 
 def _turned(read: BagContents, key: SeriesKey, *, series: Series, mounting: Mounting) -> Mounting:
-    """Turn a rigid mounting by the bearings of a scan, or by the servo angles that the user names."""
+    """Add the servo angles to a rigid mounting: the bearings of a scan, or the field that the user names."""
     if any(topic.name == key.topic and topic.type == LASER_SCAN for topic in read.choice.readings):
         return replace(
             mounting,
@@ -117,7 +117,7 @@ def _turned(read: BagContents, key: SeriesKey, *, series: Series, mounting: Moun
     if stated is None or servo is None:
         return mounting
     if mounting.joint:
-        problem = f"{key.frame} turns with {mounting.joint} already, by the transforms"
+        problem = f"the transforms already turn {key.frame} with {mounting.joint}"
         raise InputError("--field", problem, place=f"servo={stated}", remedy="leave it out")
     angles, known = interpolate(servo, series.stamps_ns, angles=(0,))
     return replace(mounting, servo_angles=angles[:, 0], known=mounting.known & known, joint=str(stated))
@@ -143,7 +143,7 @@ def _along(way: Sequence[Step], stamps_ns: IntArray, *, key: SeriesKey, path: Pa
         in_base = plane_pose(transforms_along(way[: place + 1], stamps_ns))
         if step.is_fixed or _is_rigid(in_base):
             continue
-        # The first frame that moves is the one that the servo turns.
+        # The servo turns the first frame that moves.
         before = _middle(plane_pose(transforms_along(way[:place], stamps_ns)))
         turret = np.array([*np.median(in_base[:, :2], axis=0), before[2]])
         angles = np.unwrap(in_base[:, 2] - before[2])
@@ -160,7 +160,7 @@ def _along(way: Sequence[Step], stamps_ns: IntArray, *, key: SeriesKey, path: Pa
             joint=step.end,
             elevation=elevation,
         )
-    problem = f"{key.frame} moves in the robot, and not only by a turn about one upright axis"
+    problem = f"{key.frame} moves relative to the robot, other than by turning about one upright axis"
     remedy = f"state a rigid mounting: --mount {key.frame}=X,Y,YAW [m, m, rad]"
     raise InputError(path, problem, place=key.topic, remedy=remedy)
 

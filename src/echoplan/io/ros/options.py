@@ -1,4 +1,4 @@
-"""What a user says of a bag: which topics, which fields of messages, and where sensors are mounted."""
+"""Options for reading a bag: topics, fields of messages, and mountings of sensors."""
 
 import math
 import re
@@ -10,7 +10,7 @@ from echoplan.geometry import wrap
 
 __all__ = ["FIELD_KEYS", "BagOptions", "Field", "Mount", "parse_bag_options"]
 
-# What a field may say; whether it changes and must be a field of messages, or does not and must be a number.
+# Quantities of a field: True if it must be a field of messages, False if it must be a number, None if either will do.
 FIELD_KEYS: Mapping[str, bool | None] = {
     "range": True,
     "servo": True,
@@ -22,12 +22,12 @@ FIELD_KEYS: Mapping[str, bool | None] = {
     "min_range": False,
     "max_range": False,
 }
-_EXAMPLE = "write, say, --field range=/echo.distance*0.01 or --field x=0"
+_EXAMPLE = "write for example --field range=/echo.distance*0.01 or --field x=0"
 _FIELD = re.compile(
     r"(?P<key>\w+)=(?:(?P<topic>/[^.\s*]+)(?P<path>(?:\.[a-zA-Z]\w*(?:\[\w+\])*)+)(?:\*(?P<factor>\S+))?"
     r"|(?P<number>[^/\s]\S*))"
 )
-# Fields, and in brackets the places in an array.
+# Fields, and in brackets the indices of an array.
 _STEP = re.compile(r"\w+|\[\w+\]")
 
 
@@ -42,10 +42,10 @@ class Field:
     topic : str
         The topic; empty for a constant.
     path : tuple of str
-        Names of fields from the outermost to the innermost; in brackets a place in an array (``"[2]"``) or the name
+        Names of fields from the outermost to the innermost; in brackets an index (``"[2]"``) or the name
         of a joint in a JointState (``"[pan]"``).
     factor : float
-        By which the field is multiplied to be in metres, radians or seconds; a constant's value.
+        Factor that converts the field to metres, radians or seconds; the value of a constant.
     """
 
     key: str
@@ -65,7 +65,7 @@ class Mount:
     Parameters
     ----------
     frame : str
-        Frame of the sensor, or what else names it.
+        Frame of the sensor, or another name of it.
     x, y, yaw : float
         Its pose in the frame of the base [m, m, rad].
     """
@@ -78,7 +78,7 @@ class Mount:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BagOptions:
-    """What to read from a bag; by default it is found by the types of the topics.
+    """What to read from a bag; by default, the types of the topics decide.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ class BagOptions:
     mounts: tuple[Mount, ...] = ()
 
     def field(self, key: str) -> Field | None:
-        """Return where a quantity comes from if the user says so."""
+        """Return the field of a quantity if the user names one."""
         return next((field for field in self.fields if field.key == key), None)
 
     @property
@@ -108,7 +108,7 @@ class BagOptions:
         return tuple(field for field in self.fields if field.key == "range")
 
     def constant(self, key: str) -> float | None:
-        """Return the value of a quantity if the user says that it is constant."""
+        """Return the value of a quantity if the user states a constant."""
         field = self.field(key)
         return field.factor if field is not None and not field.topic else None
 
@@ -154,7 +154,7 @@ def parse_bag_options(
     parsed = tuple(map(_parse_field, fields))
     keys = [field.key for field in parsed]
     for key in keys:
-        # Every range is that of a sensor of its own.
+        # Each range belongs to another sensor.
         if keys.count(key) > 1 and (key != "range" or len(set(parsed)) < len(parsed)):
             raise InputError("--field", f"{key} is given {keys.count(key)} times", remedy="give it once")
     return BagOptions(
@@ -168,7 +168,7 @@ def parse_bag_options(
 def _parse_field(text: str) -> Field:
     found = _FIELD.fullmatch(text)
     if found is None:
-        raise InputError("--field", f"{text!r} is not a quantity and its topic and field", remedy=_EXAMPLE)
+        raise InputError("--field", f"{text!r} is not KEY=/TOPIC.FIELD or KEY=NUMBER", remedy=_EXAMPLE)
     parts = found.groupdict(default="")
     key, topic = parts["key"], parts["topic"]
     if key not in FIELD_KEYS:
@@ -176,7 +176,7 @@ def _parse_field(text: str) -> Field:
     changes = FIELD_KEYS[key]
     if changes is not None and changes != bool(topic):
         kind, example = ("field", "/TOPIC.FIELD") if changes else ("number", "0.5")
-        raise InputError("--field", f"{key} must be a {kind}", remedy=f"write, say, --field {key}={example}")
+        raise InputError("--field", f"{key} must be a {kind}", remedy=f"write for example --field {key}={example}")
     factor = _number(parts["number"] or parts["factor"] or "1", option=f"--field {key}")
     return Field(key=key, topic=topic, path=tuple(_STEP.findall(parts["path"])), factor=factor)
 
@@ -185,11 +185,11 @@ def _parse_mount(text: str) -> Mount:
     frame, _, pose = text.partition("=")
     numbers = pose.split(",")
     if not frame or len(numbers) != 3:
-        remedy = "write, say, --mount sonar_left=0.1,0.05,1.57 [m, m, rad]"
-        raise InputError("--mount", f"{text!r} is not a frame and its x, y, yaw", remedy=remedy)
+        remedy = "write for example --mount sonar_left=0.1,0.05,1.57 [m, m, rad]"
+        raise InputError("--mount", f"{text!r} is not FRAME=X,Y,YAW", remedy=remedy)
     x, y, yaw = (_number(number, option="--mount") for number in numbers)
     if abs(yaw) > 2 * math.pi:
-        remedy = f"write radians, say {math.radians(yaw):.4f} if it is in degrees"
+        remedy = f"write radians: {math.radians(yaw):.4f} if it is in degrees"
         raise InputError("--mount", f"the yaw of {frame}, {yaw:g}, is more than a full turn", remedy=remedy)
     return Mount(frame=frame.strip("/"), x=x, y=y, yaw=float(wrap(yaw)))
 
@@ -200,5 +200,5 @@ def _number(text: str, *, option: str) -> float:
     except ValueError:
         number = math.nan
     if not math.isfinite(number):
-        raise InputError(option, f"{text!r} is no finite number", remedy="write digits with a decimal point")
+        raise InputError(option, f"{text!r} is not a finite number", remedy="write digits with a decimal point")
     return number

@@ -1,4 +1,4 @@
-"""Which series of a bag are readings of sonar, and what their numbers mean (REP 117)."""
+"""Select the readings of sonar in a bag, and interpret their numbers (REP 117)."""
 
 import re
 from collections.abc import Mapping
@@ -41,16 +41,16 @@ def sonar_readings(read: BagContents) -> dict[SeriesKey, Series]:
 
 
 def notes_about_infrared(read: BagContents) -> list[str]:
-    """Say which topics are left out because they are not of sonar."""
+    """Note which topics are left out because they are not sonar."""
     found = read.of_role(Role.READING)
     topics = {key.topic for key, series in found.items() if _is_infrared(series, read.options)}
     return [
-        f"{topic} is infrared, not sonar, and is left out; name it with --topic to map it." for topic in sorted(topics)
+        f"{topic} is infrared, not sonar, and is left out. To map it, name it with --topic." for topic in sorted(topics)
     ]
 
 
 def ranges_of(series: Series, options: BagOptions) -> FloatArray:
-    """Return the ranges of a sensor: ``inf`` for the greatest range, ``nan`` for what is less than nothing."""
+    """Return the ranges of a sensor: ``inf`` from ``max_range`` on, ``nan`` for negative ranges."""
     ranges: FloatArray = series.column("range").copy()
     ranges[_is_silent(series, options)] = np.inf
     ranges[_is_impossible(series)] = np.nan
@@ -58,15 +58,15 @@ def ranges_of(series: Series, options: BagOptions) -> FloatArray:
 
 
 def notes_about_ranges(readings: Readings, options: BagOptions) -> list[str]:
-    """Say how many readings do not mean what they say."""
+    """Note how many readings mean no echo or a fault."""
     total = sum(map(len, readings.values()))
     silent = sum(int(_is_silent(series, options).sum()) for series in readings.values())
     impossible = sum(int(_is_impossible(series).sum()) for series in readings.values())
     notes = []
     if silent:
-        notes.append(f"{silent} of {total} readings are max_range or more: taken as no echo.")
+        notes.append(f"{silent} of {total} readings are max_range or more and mean no echo.")
     if impossible:
-        notes.append(f"{impossible} of {total} readings are negative: taken as faulty.")
+        notes.append(f"{impossible} of {total} readings are negative and count as faulty.")
     return notes
 
 

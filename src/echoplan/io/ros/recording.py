@@ -48,7 +48,7 @@ def read_bag(path: Path, options: BagOptions | None = None) -> Recording:
 
 
 def recording_of(read: BagContents) -> Recording:
-    """Make sweeps of what was read from a bag.
+    """Make sweeps from the content of a bag.
 
     Raises ``InputError`` if ranges, a mounting or the poses of the robot are missing.
     """
@@ -65,23 +65,23 @@ def recording_of(read: BagContents) -> Recording:
     )
     notes = [*read.notes, *notes_about_infrared(read)]
     notes += [
-        f"Where the sensor on {key.topic} is mounted is not known: it is taken to be at the middle of the robot; state "
+        f"The mounting of the sensor on {key.topic} is unknown; the middle of the robot is assumed: state "
         f"it with --mount {key.topic.strip('/')}=X,Y,YAW."
         for key, mounting in mountings.items()
         if mounting.is_assumed
     ]
     notes += [
-        f"{key.frame} points at the floor or the ceiling and is left out; to keep it, state where it is mounted: "
+        f"{key.frame} points at the floor or the ceiling and is left out. To keep it, state its mounting: "
         f"--mount {names_of(key)[0]}=X,Y,YAW [m, m, rad]."
         for key in mounted
         if key not in mountings
     ]
     if lost:
         total = lost + len(pings)
-        notes.append(f"{lost} of {total} readings are left out: the pose or the servo angle then is not known.")
+        notes.append(f"{lost} of {total} readings are left out: their pose or servo angle is unknown.")
     notes += notes_about_ranges({key: readings[key] for key in mountings}, read.options)
     return Recording(
-        # Python makes lone surrogates of the bytes of a name that is no UTF-8, and no other text may hold them.
+        # Python decodes names that are not UTF-8 to lone surrogates, which cannot be encoded in any file.
         name=path.resolve().name.encode(errors="replace").decode(),
         rig=Rig(name=f"sensors in {path.name}", sensors=sensors, base_from_turret=turret.base_from_turret),
         sweeps=split_into_sweeps(pings),
@@ -90,7 +90,7 @@ def recording_of(read: BagContents) -> Recording:
 
 
 def _common_turret(mountings: Mapping[SeriesKey, Mounting], *, path: Path) -> Mounting:
-    """Return a mounting on the one turret that turns all sensors, or on the base if none turns any."""
+    """Return a mounting with the joint that turns all sensors; refuse sensors that do not turn together."""
     if not mountings:
         remedy = "check the mounting of the sensors in /tf_static, or state it: --mount FRAME=X,Y,YAW [m, m, rad]"
         raise InputError(path, "all sensors point at the floor or the ceiling", remedy=remedy)
@@ -125,7 +125,7 @@ def _pings(
     known = np.concatenate(whether)
     pings = PingColumns(**joined)[known]
     if not known.any():
-        problem = "the robot's pose is not known at the time of any reading"
+        problem = "the pose of the robot is unknown at the time of every reading"
         raise InputError(read.path, problem, remedy=f"record the readings and {trajectory.origin} at the same time")
     way = np.ptp(pings.map_from_base[:, :2], axis=0).max()
     if way > WIDEST:

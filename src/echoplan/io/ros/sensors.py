@@ -1,4 +1,4 @@
-"""What the messages of a bag say of each sensor: its limits, its beam and the step of its readings."""
+"""Limits, beam and resolution of each sensor, from the messages of a bag."""
 
 import math
 
@@ -14,20 +14,20 @@ from echoplan.model import UNITS, Sensor
 
 __all__ = ["sensor_of"]
 
-# Steps of sensors are multiples of this [m]: centimetres, millimetres, inches of 25.4 mm.
+# Resolutions of sensors are multiples of this [m]: centimetres, millimetres, inches of 25.4 mm.
 _UNIT = 1e-4
 # No robot is larger [m]; as in rig.toml.
 _FARTHEST_MOUNT = 50.0
 # Ultrasound in air reaches no farther [m]; as in rig.toml.
 _LONGEST_RANGE = 50.0
-# For a remedy: what must be known of a sensor, and a number as data sheets have it.
+# For remedies: the properties that a sensor needs, with a typical value from data sheets.
 _EXAMPLES = {"field_of_view": "0.5", "min_range": "0.02", "max_range": "4"}
-# Fewer different readings may have any divisor.
+# Fewer distinct readings may have a common divisor by chance.
 _FEWEST_READINGS = 3
 
 
 def sensor_of(read: BagContents, key: SeriesKey, *, series: Series, mounting: Mounting, sensor_id: int) -> Sensor:
-    """Describe a sensor by its messages, or by what the user states instead.
+    """Describe a sensor by its messages, or by the constants that the user states.
 
     Raises ``InputError`` if the opening of its beam or its limits are unknown or cannot be.
     """
@@ -59,7 +59,7 @@ def sensor_of(read: BagContents, key: SeriesKey, *, series: Series, mounting: Mo
 
 
 def _check_unit(read: BagContents, key: SeriesKey, *, ranges: FloatArray, least: float, most: float) -> None:
-    """Refuse readings that are surely no metres."""
+    """Refuse readings that cannot be in metres."""
     nearest, farthest = np.full(len(ranges), least), np.full(len(ranges), most)
     units = possible_length_units(ranges, min_ranges=nearest, max_ranges=farthest) or (
         ("cm", "mm") if most > _LONGEST_RANGE else ()
@@ -67,26 +67,26 @@ def _check_unit(read: BagContents, key: SeriesKey, *, ranges: FloatArray, least:
     if units:
         field = next((str(each) for each in read.options.ranges if each.topic == key.topic), f"{key.topic}.range")
         factors = " or ".join(f"--field range={field}*{UNITS[unit]:g}" for unit in units)
-        problem = f"its ranges, up to {np.max(ranges[np.isfinite(ranges)], initial=0.0):g}, are no metres"
+        problem = f"its ranges, up to {np.max(ranges[np.isfinite(ranges)], initial=0.0):g}, are not in metres"
         remedy = f"add {factors}, and state field_of_view, min_range and max_range with --field"
         raise InputError(read.path, f"{problem} where max_range is {most:g}", place=key.topic, remedy=remedy)
 
 
 def _known(read: BagContents, key: SeriesKey, *, name: str, series: Series) -> float:
-    """Return the opening of the beam or a limit; one that changes is as large as it ever is."""
+    """Return the opening of the beam or a limit; the largest value if it changes."""
     stated = read.options.constant(name)
     # Single precision turns 0.02 into 0.0199999996.
     value = float(f"{np.max(series.column(name)):.7g}") if stated is None else stated
     if math.isfinite(value) and (value > 0.0 or (name == "min_range" and value == 0.0)):
         return value
-    problem = f"its messages do not say the {name}" if math.isnan(value) else f"its {name} is {value:g}"
+    problem = f"its messages lack the {name}" if math.isnan(value) else f"its {name} is {value:g}"
     unit = "rad, the full angle" if name == "field_of_view" else "m"
-    remedy = f"state it from the data sheet, say --field {name}={_EXAMPLES[name]} [{unit}]"
+    remedy = f"state it from the data sheet, for example --field {name}={_EXAMPLES[name]} [{unit}]"
     raise InputError(read.path, problem, place=key.topic, remedy=remedy)
 
 
 def _step_of(ranges: FloatArray) -> float:
-    """Find the step of which all readings are multiples; 0 if there is none."""
+    """Find the largest step of which all readings are multiples; 0 if there is none."""
     tenths = np.unique(ranges[np.isfinite(ranges)]) / _UNIT
     units = np.rint(tenths)
     if len(units) < _FEWEST_READINGS or (np.abs(tenths - units) > 0.1).any():

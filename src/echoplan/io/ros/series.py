@@ -16,7 +16,7 @@ __all__ = ["READING", "Role", "Row", "Series", "SeriesKey", "as_contents", "inte
 
 
 class Role(Enum):
-    """What a series is for."""
+    """Purpose of a series."""
 
     READING = auto()
     POSE = auto()
@@ -26,9 +26,9 @@ class Role(Enum):
 
 
 class SeriesKey(NamedTuple):
-    """What a series is about: its topic and, of a transform or a pose, the parent and the child frame.
+    """Key of a series: its topic and, for a transform or a pose, the parent and the child frame.
 
-    Of a reading ``frame`` is the frame of the sensor, and ``child`` the field if there are several in a message.
+    For a reading, ``frame`` is the frame of the sensor, and ``child`` the field if a message has several.
     """
 
     role: Role
@@ -77,16 +77,16 @@ class Series:
         return column
 
     def __getitem__(self, chosen: BoolArray | IntArray) -> "Series":
-        """Return some of the entries."""
+        """Return the selected entries."""
         return chosen_items(self, chosen)
 
     def finite(self) -> "Series":
-        """Leave out what has a number that is not finite."""
+        """Leave out entries with a number that is not finite."""
         return self[np.flatnonzero(np.isfinite(self.values).all(axis=1))]
 
 
 def as_contents(rows: Iterable[Row]) -> dict[SeriesKey, Series]:
-    """Gather rows by what they are about."""
+    """Group rows by their keys."""
     # Numbers in arrays: an hour of transforms has millions.
     gathered: defaultdict[SeriesKey, tuple[array[int], array[int], array[float]]] = defaultdict(
         lambda: (array("q"), array("q"), array("d"))
@@ -107,7 +107,7 @@ def as_contents(rows: Iterable[Row]) -> dict[SeriesKey, Series]:
 
 
 def interpolate(series: Series, stamps_ns: IntArray, *, angles: tuple[int, ...] = ()) -> tuple[FloatArray, BoolArray]:
-    """Interpolate the numbers of a sorted series linearly, those at the places ``angles`` the shorter way round.
+    """Interpolate the columns of a sorted series linearly, the columns ``angles`` the shorter way round.
 
     Returns the numbers, shape (n, k), and whether each time lies within the series.
     """
@@ -116,7 +116,7 @@ def interpolate(series: Series, stamps_ns: IntArray, *, angles: tuple[int, ...] 
     values = series.values.copy()
     for place in angles:
         values[:, place] = np.unwrap(values[:, place])
-    # Nanoseconds since 1970 do not fit a float.
+    # A float cannot represent nanoseconds since 1970 exactly.
     start = series.stamps_ns[0]
     moments, knots = stamps_ns - start, series.stamps_ns - start
     found = np.stack([np.interp(moments, knots, column) for column in values.T], axis=-1)

@@ -1,4 +1,4 @@
-"""What is in a bag, which sensors it has, and what is missing for a map."""
+"""Topics and sensors of a bag, and what is missing for a map."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping
@@ -23,7 +23,7 @@ __all__ = ["BagSensor", "BagSummary", "BagTopic", "summarise_bag"]
 
 Result = TypeVar("Result")
 
-# So many frames of a topic are named: /tf has dozens.
+# Number of frames that are named per topic: /tf has dozens.
 _SHOWN = 4
 
 
@@ -38,9 +38,9 @@ class BagTopic:
     messages : int
         How many there are.
     rate : float
-        Messages a second over the whole bag [1/s]; nan in a bag of one moment.
+        Messages per second over the whole bag [1/s]; nan if the bag has no duration.
     frames : str
-        Frames of which its messages speak; empty for topics that are not read.
+        Frames that its messages name; empty for topics that are not read.
     """
 
     name: str
@@ -57,11 +57,11 @@ class BagSensor:
     Parameters
     ----------
     topic, frame : str
-        Its topic, with the field if that has the range, and the frame that its messages name.
+        Its topic (with the field if the user names one for the range), and the frame that its messages name.
     readings : int
         How many there are.
     field_of_view, min_range, max_range : float
-        As the user or its first message says [rad, m, m]; nan where neither does.
+        As stated by the user or its first message [rad, m, m]; nan where both lack it.
     x, y, yaw : float
         Its pose in the base, at servo angle 0 on the turret [m, m, rad]; nan where it is not known.
     joint : str
@@ -91,7 +91,7 @@ class BagSummary:
     sensors : tuple of BagSensor
         The sensors, in the order of their numbers in the recording.
     poses : str
-        Where the poses of the robot come from; empty if nothing says them.
+        Where the poses of the robot come from; empty if there are none.
     missing : tuple of str
         What is missing for a map, each with its remedy; empty if nothing is.
     candidates : tuple of str
@@ -110,7 +110,7 @@ class BagSummary:
 
 @by_name
 def summarise_bag(path: Path, options: BagOptions | None = None) -> BagSummary:
-    """Look into a bag, even where it does not suffice for a map.
+    """Summarise a bag, even if it does not suffice for a map.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def summarise_bag(path: Path, options: BagOptions | None = None) -> BagSummary:
     Raises
     ------
     InputError
-        If it cannot be read, or an option names what is not there.
+        If it cannot be read, or an option names something that does not exist.
     MissingExtraError
         If rosbags is not installed.
     """
@@ -155,7 +155,7 @@ def summarise_bag(path: Path, options: BagOptions | None = None) -> BagSummary:
 
 
 def _attempt(step: Callable[[], Result], *, path: Path) -> tuple[Result | None, str]:
-    """Return the result of a step, or what is missing for it in the bag; what is wrong with options is raised."""
+    """Return the result of a step, or what the bag lacks for it; errors in options are raised."""
     try:
         return step(), ""
     except InputError as error:

@@ -18,7 +18,7 @@ class PingColumns:
     Parameters
     ----------
     stamps_ns : ndarray of int, shape (n,)
-        Time of each [ns].
+        Time of each ping [ns].
     sensor_ids : ndarray of int, shape (n,)
         Which sensor.
     servo_angles : ndarray, shape (n,)

@@ -17,7 +17,7 @@ __all__ = ["Trajectory", "base_frame_of", "poses_at", "trajectory_of"]
 _BASES = ("base_link", "base_footprint")
 # REP 105: odometry is continuous, a map's frame jumps where the robot is localised anew.
 _WORLDS = ("odom", "map", "world")
-# Between poses farther apart than this [ns] the way is unknown, unless the robot hardly moved [m, rad].
+# Between poses farther apart in time than this [ns], the path is unknown, unless the robot hardly moved [m, rad].
 _LONGEST_GAP_NS, _STILL, _STILL_TURN = 1_000_000_000, 0.05, 0.05
 _STAND_STILL = "if the robot stood still, add --field x=0 --field y=0 --field yaw=0"
 
@@ -29,11 +29,11 @@ class Trajectory:
     Parameters
     ----------
     origin : str
-        Where that is known from, in words.
+        Where the poses come from, as text for the user.
     base : str
         Frame of the robot.
     series : Series, optional
-        Poses [m, m, rad] over time; None if fields alone say where the robot was.
+        Poses [m, m, rad] over time; None if they come from fields alone.
     """
 
     origin: str
@@ -42,7 +42,7 @@ class Trajectory:
 
 
 def base_frame_of(read: BagContents) -> str:
-    """Name the frame of the robot: that of which odometry speaks, else the usual one."""
+    """Name the frame of the robot: the child frame of the odometry, else the usual one."""
     children = [key.child for key in read.of_role(Role.POSE) if key.child]
     usual = [frame for name in _BASES if (frame := read.frames.find(name))]
     return (children or usual or list(_BASES))[0]
@@ -57,12 +57,12 @@ def trajectory_of(read: BagContents) -> Trajectory:
     found = read.of_role(Role.POSE)
     if len(found) > 1:
         pairs = ", ".join(f"{key.frame} > {key.child}" for key in found)
-        problem, remedy = f"its poses are of several frames: {pairs}", "name another topic with --odom"
+        problem, remedy = f"its poses are in several frames: {pairs}", "name another topic with --odom"
         raise InputError(read.path, problem, place=next(iter(found)).topic, remedy=remedy)
     for key, series in found.items():
         poses = series.finite()
         if not len(poses):
-            problem = "none of its poses is one of finite numbers and an orientation that was set"
+            problem = "none of its poses has finite numbers and a valid orientation"
             raise InputError(read.path, problem, place=key.topic, remedy=f"name another topic: --odom; {_STAND_STILL}")
         return Trajectory(origin=key.topic, base=base, series=poses)
     if all(read.options.field(key) for key in ("x", "y", "yaw")):
@@ -75,7 +75,7 @@ def _of_transforms(read: BagContents, base: str) -> Trajectory:
         way = way_between(read.frames, world, end=base)
         if way and not all(step.is_fixed for step in way):
             return Trajectory(origin=f"the transforms from {world} to {base}", base=base, series=_of_way(way))
-    problem = f"nothing in it says where the robot was: no nav_msgs/Odometry and no transform from odom to {base}"
+    problem = f"it has no poses of the robot: no nav_msgs/Odometry and no transform from odom to {base}"
     if read.frames.names:
         problem += f" (its frames are {first_names(sorted(read.frames.names))})"
     raise InputError(read.path, problem, remedy=f"record /odom, or name a topic of poses with --odom; {_STAND_STILL}")
@@ -102,7 +102,7 @@ def poses_at(trajectory: Trajectory, read: BagContents, *, stamps_ns: IntArray) 
 
 
 def _of_way(way: Sequence[Step]) -> Series:
-    """Take the poses at every moment at which a transform on the way is known."""
+    """Take the poses at every time at which a transform on the path is known."""
     first, last = span_ns(way)
     moments = np.unique(np.concatenate([step.series.stamps_ns for step in way if not step.is_fixed]))
     moments = moments[(moments >= first) & (moments <= last)]
@@ -110,7 +110,7 @@ def _of_way(way: Sequence[Step]) -> Series:
 
 
 def _in_gap(series: Series, stamps_ns: IntArray) -> BoolArray:
-    """Return which times lie between two poses so far apart in time that the way between is unknown."""
+    """Return which times lie between two poses so far apart in time that the path between is unknown."""
     if not len(series):
         return np.zeros(len(stamps_ns), dtype=np.bool_)
     steps = np.diff(series.values, axis=0)

@@ -68,7 +68,7 @@ def test_another_database_is_refused(tmp_path: Path) -> None:
     database = sqlite3.connect(tmp_path / "run.db3")
     database.execute("CREATE TABLE notes(text)")
     database.close()
-    with pytest.raises(InputError, match=r"run\.db3: it is no bag, but another database of SQLite; check the name"):
+    with pytest.raises(InputError, match=r"run\.db3: it is not a bag but another SQLite database; check the name"):
         read_bag(tmp_path / "run.db3")
 
 
@@ -86,9 +86,9 @@ def test_a_folder_without_metadata_is_read_if_it_has_one_file(tmp_path: Path) ->
     [
         ("run.mcap", b"", "the file is empty; record it again"),
         ("run.bag", b"", "the file is empty; record it again"),
-        ("run.mcap", b"t,sweep,sensor\n" * 9, "it is no bag, whatever its name says; check the name"),
-        ("run.bag", b"t,sweep,sensor\n" * 9, "it is no bag, whatever its name says; check the name"),
-        ("run.db3", b"t,sweep,sensor\n" * 99, "it is no bag, whatever its name says; check the name"),
+        ("run.mcap", b"t,sweep,sensor\n" * 9, "it is not a bag, although its name ends like one; check the name"),
+        ("run.bag", b"t,sweep,sensor\n" * 9, "it is not a bag, although its name ends like one; check the name"),
+        ("run.db3", b"t,sweep,sensor\n" * 99, "it is not a bag, although its name ends like one; check the name"),
         ("run.bag.active", b"#ROSBAG V2.0", "it was not closed; close it with: rosbag reindex FILE, and name it with"),
         ("run.db3.zstd", b"(", "the file is compressed; name its folder, or decompress it: zstd -d FILE"),
     ],
@@ -145,7 +145,7 @@ def test_mcap_of_other_programs_is_refused(tmp_path: Path) -> None:
         writer = Writer(file)
         writer.start(profile="protobuf")
         writer.finish()  # type: ignore[no-untyped-call]  # mcap has few annotations
-    with pytest.raises(InputError, match="it is an mcap file, but not of ROS 2; convert it to a ROS 2 bag"):
+    with pytest.raises(InputError, match="it is an mcap file without the ROS 2 profile; convert it to a ROS 2 bag"):
         read_bag(tmp_path / "run.mcap")
 
 

@@ -66,7 +66,9 @@ def test_range_and_angle_may_come_from_one_message(servo: str, angles: list[floa
     (sensor,) = found.rig.sensors
     assert (sensor.half_aperture, sensor.min_range, sensor.max_range) == (0.25, 0.02, 4.0)
     (note,) = found.notes
-    assert note.startswith("Where the sensor on /echo is mounted is not known: it is taken to be at the middle of the")
+    assert note.startswith(
+        "The mounting of the sensor on /echo is unknown; the middle of the robot is assumed: state it"
+    )
 
 
 def test_an_angle_in_degrees_is_refused(tmp_path: Path) -> None:
@@ -157,17 +159,20 @@ def test_a_range_in_another_unit_takes_the_place_of_the_message(tmp_path: Path) 
 @pytest.mark.parametrize(
     ("field", "message"),
     [
-        ("range", r"--field: 'range' is not a quantity and its topic and field; write, say, --field range=/echo\.dist"),
-        ("range=/echo", r"'range=/echo' is not a quantity and its topic and field"),
-        ("range=/echo.raw*", r"'range=/echo\.raw\*' is not a quantity and its topic and field"),
-        ("range=1.5", r"--field: range must be a field; write, say, --field range=/TOPIC\.FIELD"),
-        ("max_range=/echo.raw[0]", r"--field: max_range must be a number; write, say, --field max_range=0\.5"),
-        ("range=/echo.raw[1]*half", r"--field range: 'half' is no finite number; write digits with a decimal point"),
-        ("x=nan", r"--field x: 'nan' is no finite number"),
+        (
+            "range",
+            r"--field: 'range' is not KEY=/TOPIC\.FIELD or KEY=NUMBER; write for example --field range=/echo\.dist",
+        ),
+        ("range=/echo", r"'range=/echo' is not KEY=/TOPIC\.FIELD or KEY=NUMBER"),
+        ("range=/echo.raw*", r"'range=/echo\.raw\*' is not KEY=/TOPIC\.FIELD or KEY=NUMBER"),
+        ("range=1.5", r"--field: range must be a field; write for example --field range=/TOPIC\.FIELD"),
+        ("max_range=/echo.raw[0]", r"--field: max_range must be a number; write for example --field max_range=0\.5"),
+        ("range=/echo.raw[1]*half", r"--field range: 'half' is not a finite number; write digits with a decimal point"),
+        ("x=nan", r"--field x: 'nan' is not a finite number"),
         ("range=/echo.metres", r"range=/echo\.metres: a message of /echo has no 'metres'; known here: header, milli"),
-        ("range=/echo.raw[2]", r"range=/echo\.raw\[2\]: a message of /echo has no '2'; places in an array are counted"),
-        ("range=/echo.header", r"it is no number but std_msgs/msg/Header; name a field inside it: stamp, frame_id"),
-        ("range=/echo.raw", r"it is no number but ndarray; name a field that is a number"),
+        ("range=/echo.raw[2]", r"range=/echo\.raw\[2\]: a message of /echo has no '2'; indices of an array start"),
+        ("range=/echo.header", r"it is not a number but std_msgs/msg/Header; name a field inside it: stamp, frame_id"),
+        ("range=/echo.raw", r"it is not a number but ndarray; name a field that is a number"),
     ],
 )
 def test_a_field_that_is_wrong_is_refused_with_what_there_is(field: str, message: str, bag: Path) -> None:
@@ -188,10 +193,10 @@ def test_an_unknown_quantity_or_topic_is_refused_with_the_nearest(bag: Path) -> 
 @pytest.mark.parametrize(
     ("mount", "message"),
     [
-        ("head", r"'head' is not a frame and its x, y, yaw; write, say, --mount sonar_left=0\.1,0\.05,1\.57"),
-        ("head=1,2", r"'head=1,2' is not a frame and its x, y, yaw"),
-        ("head=1,2,left", r"'left' is no finite number"),
-        ("head=1,2,90", r"the yaw of head, 90, is more than a full turn; write radians, say 1\.5708 if it is in degr"),
+        ("head", r"'head' is not FRAME=X,Y,YAW; write for example --mount sonar_left=0\.1,0\.05,1\.57"),
+        ("head=1,2", r"'head=1,2' is not FRAME=X,Y,YAW"),
+        ("head=1,2,left", r"'left' is not a finite number"),
+        ("head=1,2,90", r"the yaw of head, 90, is more than a full turn; write radians: 1\.5708 if it is in degr"),
     ],
 )
 def test_a_mounting_that_is_wrong_is_refused(mount: str, message: str) -> None:

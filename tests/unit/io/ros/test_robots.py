@@ -109,7 +109,7 @@ def test_poses_are_interpolated_the_shorter_way_round(tmp_path: Path) -> None:
 def test_readings_outside_the_poses_are_left_out_and_counted(tmp_path: Path) -> None:
     found = read_bag(written(tmp_path, facing_ahead(count=15), driving_along_x()))
     assert len(found) == 11
-    assert found.notes == ("4 of 15 readings are left out: the pose or the servo angle then is not known.",)
+    assert found.notes == ("4 of 15 readings are left out: their pose or servo angle is unknown.",)
 
 
 def test_readings_on_an_unknown_way_are_left_out(tmp_path: Path) -> None:
@@ -174,7 +174,7 @@ def test_the_base_is_the_frame_of_which_odometry_speaks(tmp_path: Path) -> None:
 def test_the_greatest_range_is_no_echo_and_said_so(tmp_path: Path) -> None:
     found = read_bag(written(tmp_path, facing_ahead(distance=4.0, most=4.0), driving_along_x()))
     assert np.isposinf([sweep.ranges[0] for sweep in found]).all()
-    assert found.notes == ("11 of 11 readings are max_range or more: taken as no echo.",)
+    assert found.notes == ("11 of 11 readings are max_range or more and mean no echo.",)
 
 
 @pytest.mark.parametrize("distance", [np.inf, -np.inf, np.nan])
@@ -190,7 +190,7 @@ def test_infrared_is_left_out_unless_it_is_named(tmp_path: Path) -> None:
     path = written(tmp_path, facing_ahead(), mount, infrared, driving_along_x())
     found = read_bag(path)
     assert len(found.rig.sensors) == 1
-    assert found.notes == ("/ir is infrared, not sonar, and is left out; name it with --topic to map it.",)
+    assert found.notes == ("/ir is infrared, not sonar, and is left out. To map it, name it with --topic.",)
     assert len(read_bag(path, parse_bag_options(topics=["/*r*"])).rig.sensors) == 2
 
 
@@ -199,8 +199,8 @@ def test_a_sensor_that_looks_at_the_floor_is_left_out(tmp_path: Path) -> None:
     mount = iter([Sent("/tf_static", NOON_NS, ROBOT.transform("base_link", "cliff", (0.2, 0.0, 0.0), pitch=1.5))])
     found = read_bag(written(tmp_path, facing_ahead(), mount, cliff, driving_along_x()))
     assert len(found.rig.sensors) == 1
-    remedy = "to keep it, state where it is mounted: --mount cliff=X,Y,YAW [m, m, rad]."
-    assert found.notes == (f"cliff points at the floor or the ceiling and is left out; {remedy}",)
+    remedy = "To keep it, state its mounting: --mount cliff=X,Y,YAW [m, m, rad]."
+    assert found.notes == (f"cliff points at the floor or the ceiling and is left out. {remedy}",)
 
 
 def test_sensors_that_look_at_the_floor_are_named_in_the_order_of_their_topics(tmp_path: Path) -> None:
@@ -240,7 +240,7 @@ def test_stamps_of_another_clock_are_replaced_by_the_times_of_recording(tmp_path
     found = read_bag(written(tmp_path, iter(sent), driving_along_x()))
     assert [sweep.stamps_ns[0] for sweep in found] == [NOON_NS + number * SECOND // 10 for number in range(11)]
     (note,) = found.notes
-    assert note.startswith("The messages on /range are stamped by another clock, -1760000000 s off; the times")
+    assert note.startswith("The messages on /range were stamped by another clock, -1760000000 s off; the times")
 
 
 def test_stamps_of_a_simulator_are_used_where_all_topics_have_them(tmp_path: Path) -> None:
@@ -258,7 +258,7 @@ def test_messages_without_stamps_have_the_times_of_recording(tmp_path: Path) -> 
     ]
     found = read_bag(written(tmp_path, iter(sent), driving_along_x()))
     assert found.sweeps[0].stamps_ns[0] == NOON_NS
-    assert found.notes[0].startswith("The messages on /range have no stamps; the times at which they were recorded")
+    assert found.notes[0].startswith("The messages on /range have no stamps; the times of recording are used")
 
 
 def test_messages_that_overtake_each_other_are_sorted(tmp_path: Path) -> None:
@@ -305,7 +305,7 @@ def test_other_types_of_poses_are_read_where_they_are_named(tmp_path: Path) -> N
             yield Sent("/pose", each.log_ns, pose)
 
     path = written(tmp_path, facing_ahead(), localised())
-    with pytest.raises(InputError, match="nothing in it says where the robot was"):
+    with pytest.raises(InputError, match="it has no poses of the robot"):
         read_bag(path)
     found = read_bag(path, parse_bag_options(odometry="/pose"))
     assert found.sweeps[-1].map_from_base[0, 0] == pytest.approx(1.0)
@@ -319,7 +319,7 @@ def test_an_orientation_that_was_never_set_is_no_pose(tmp_path: Path) -> None:
             pose = replace(each.message.pose, pose=replace(each.message.pose.pose, orientation=nothing))
             yield each._replace(message=replace(each.message, pose=pose))
 
-    with pytest.raises(InputError, match="/odom: none of its poses is one of finite numbers and an ori"):
+    with pytest.raises(InputError, match="/odom: none of its poses has finite numbers and a valid orientation"):
         read_bag(written(tmp_path, facing_ahead(), unset()))
 
 
@@ -346,7 +346,7 @@ REFUSED = {
     "no poses": (
         [facing_ahead()],
         {},
-        """run.mcap: nothing in it says where the robot was: no nav_msgs/Odometry and no transform from odom to
+        """run.mcap: it has no poses of the robot: no nav_msgs/Odometry and no transform from odom to
         base_link (its frames are base_link, sonar); record /odom, or name a topic of poses with --odom; if the robot
         stood still, add --field x=0 --field y=0 --field yaw=0""",
     ),
@@ -371,8 +371,8 @@ REFUSED = {
     "no beam": (
         [facing_ahead(view=0.0), driving_along_x()],
         {},
-        """run.mcap, /range: its field_of_view is 0; state it from the data sheet, say --field field_of_view=0.5 [rad,
-        the full angle]""",
+        """run.mcap, /range: its field_of_view is 0; state it from the data sheet, for example --field
+        field_of_view=0.5 [rad, the full angle]""",
     ),
     "degrees": (
         [facing_ahead(view=30.0), driving_along_x()],
@@ -389,14 +389,14 @@ REFUSED = {
     "ranges in centimetres": (
         [facing_ahead(distance=150.0), driving_along_x()],
         {},
-        """run.mcap, /range: its ranges, up to 150, are no metres where max_range is 4; add --field
+        """run.mcap, /range: its ranges, up to 150, are not in metres where max_range is 4; add --field
         range=/range.range*0.01 or --field range=/range.range*0.001 or --field range=/range.range*0.0254, and state
         field_of_view, min_range and max_range with --field""",
     ),
     "limits in centimetres": (
         [facing_ahead(distance=150.0, most=400.0), driving_along_x()],
         {},
-        """run.mcap, /range: its ranges, up to 150, are no metres where max_range is 400; add --field
+        """run.mcap, /range: its ranges, up to 150, are not in metres where max_range is 400; add --field
         range=/range.range*0.01 or --field range=/range.range*0.001, and state field_of_view,
         min_range and max_range with --field""",
     ),
@@ -414,8 +414,8 @@ REFUSED = {
     "two runs": (
         [twice(facing_ahead(count=16)), twice(driving_along_x())],
         {},
-        """run.mcap, /range: time goes back by 1.5 s at message 17; the bag holds two runs, or two publishers of one
-        topic: split it there""",
+        """run.mcap, /range: time goes back by 1.5 s at message 17; the bag contains two runs, or a topic with two
+        publishers: split the bag at this message""",
     ),
     "an unknown topic": (
         [facing_ahead()],
@@ -431,7 +431,7 @@ REFUSED = {
     "a scan of unknown beam": (
         [scan_of(), driving_along_x()],
         {"topics": ["/scan"]},
-        """run.mcap, /scan: its messages do not say the field_of_view; state it from the data sheet, say --field
+        """run.mcap, /scan: its messages lack the field_of_view; state it from the data sheet, for example --field
         field_of_view=0.5 [rad, the full angle]""",
     ),
     "a scan and a fixed sensor": (
@@ -443,14 +443,14 @@ REFUSED = {
     "no odometry on the topic": (
         [facing_ahead(), driving_along_x()],
         {"odometry": "/range"},
-        """--odom: /range has no poses, but sensor_msgs/msg/Range; name a topic of nav_msgs/Odometry or
-        geometry_msgs/PoseStamped""",
+        """--odom: /range has no poses; its type is sensor_msgs/msg/Range; name a topic of
+        nav_msgs/Odometry or geometry_msgs/PoseStamped""",
     ),
     "a sensor on a slide": (
         [sliding(), (each for each in facing_ahead() if each.topic == "/range"), driving_along_x()],
         {},
-        """run.mcap, /range: sonar moves in the robot, and not only by a turn about one upright axis; state a rigid
-        mounting: --mount sonar=X,Y,YAW [m, m, rad]""",
+        """run.mcap, /range: sonar moves relative to the robot, other than by turning about one upright axis; state
+        a rigid mounting: --mount sonar=X,Y,YAW [m, m, rad]""",
     ),
 }
 
@@ -473,7 +473,7 @@ def test_a_bag_without_messages_is_refused(tmp_path: Path) -> None:
 def test_readings_and_poses_must_overlap(tmp_path: Path) -> None:
     later = NOON_NS + 60 * SECOND
     still = [Sent("/odom", later, ROBOT.odometry((0.0, 0.0, 0.0), stamp_ns=later))]
-    with pytest.raises(InputError, match="pose is not known at the time of any reading; record the readings and /odom"):
+    with pytest.raises(InputError, match="unknown at the time of every reading; record the readings and /odom at"):
         read_bag(written(tmp_path, facing_ahead(), iter(still)))
 
 
@@ -487,6 +487,6 @@ def test_a_position_that_jumps_out_of_the_world_is_refused(tmp_path: Path) -> No
 def test_a_topic_of_two_robots_is_refused(tmp_path: Path) -> None:
     path = written(tmp_path, facing_ahead(), driving_along_x(), driving_along_x(child="other"))
     with pytest.raises(
-        InputError, match=r"/odom: its poses are of several frames: odom > base_link, odom > other; name"
+        InputError, match=r"/odom: its poses are in several frames: odom > base_link, odom > other; name"
     ):
         read_bag(path)
