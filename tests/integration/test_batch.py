@@ -75,8 +75,11 @@ def test_parquet_has_the_same_rows(batch: tuple[Path, str, int]) -> None:
     assert [row["name"] for row in table] == [row["name"] for row in rows(batch[0])]
 
 
-def test_a_second_run_maps_what_changed_and_what_failed(batch: tuple[Path, str, int], fleet: Path) -> None:
-    out, _, _ = batch
+def test_a_second_run_maps_what_changed_and_what_failed(
+    batch: tuple[Path, str, int], fleet: Path, tmp_path: Path
+) -> None:
+    # In a copy: other tests read the first run.
+    out = copytree(batch[0].parent, tmp_path / "copy") / batch[0].name
     folder = out.parent / "fleet" / "monday"
     before = states(out)
     (folder / "rec-3" / "rig.toml").write_bytes((fleet / "site-000" / "rec-3" / "rig.toml").read_bytes())

@@ -11,7 +11,7 @@ from echoplan.sources import open_source
 DATA = Path(__file__).parents[2] / ".." / "shared" / "data"
 FOLDERS = sorted(path.parent for path in DATA.glob("real/*/pings.csv"))
 BAGS = {
-    "bags/sonar.bag": "nothing in it says where the robot was",
+    "bags/sonar.bag": "it has no poses of the robot",
     "bags/scan_lidar.bag": "no topic has ranges of sonar",
     "bags/odometry.bag": "no topic has ranges of sonar",
     "real/Lvl_1_Room_Map_4.bag": "no topic has ranges of sonar",

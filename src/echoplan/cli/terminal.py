@@ -68,7 +68,9 @@ def show(table: "Table") -> None:
     table : Table
         The table.
     """
-    widths = [_width(head, [row[place] for row in table.rows]) for place, head in enumerate(table.columns)]
+    # Heads are folded between words, and nothing else is.
+    words = [[*head.split(), *(row[place] for row in table.rows)] for place, head in enumerate(table.columns)]
+    widths = [max(map(len, own), default=0) for own in words]
     for number, places in enumerate(_side_by_side(widths, _room())):
         drawn = _drawn(table, {place: widths[place] for place in places})
         drawn.title = None if number else table.title
@@ -91,11 +93,6 @@ def _drawn(table: "Table", widths: dict[int, int]) -> RichTable:
 def _room() -> int:
     plain = Console()
     return plain.width if plain.is_terminal else _PIPE_WIDTH
-
-
-def _width(head: str, cells: "Iterable[str]") -> int:
-    """How many characters a column needs: heads are folded between words, and nothing else is."""
-    return max(map(len, [*head.split(), *cells]), default=0)
 
 
 def _side_by_side(widths: list[int], room: int) -> Iterator[list[int]]:

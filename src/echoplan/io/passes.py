@@ -25,26 +25,38 @@ def pass_starts(angles: FloatArray) -> IntArray:
 
     ``angles`` [rad], shape (n,), are in the order of time. Jumps of a whole turn between them have no meaning.
     """
+    unwrapped = _unwrapped(angles)
+    # A servo may dwell: only readings after which the angle changes count, each with the first and last of its like.
+    changes = np.flatnonzero(np.diff(unwrapped)) + 1
+    firsts, lasts = np.concatenate([[0], changes]), np.concatenate([changes, [len(angles)]]) - 1
+    back, flyback = _thresholds(unwrapped[firsts])
+    starts, extreme, direction = [0], 0, 0.0
+    for place, angle in enumerate(unwrapped[firsts]):
+        moved = angle - unwrapped[firsts[extreme]]
+        size = abs(angle - unwrapped[firsts[place] - 1])
+        middle = int(firsts[extreme] + lasts[extreme]) // 2 + 1
+        if abs(moved) > back and moved * direction < 0.0:
+            starts.append(int(firsts[place]) if size > flyback else middle)
+            # After a wide step, the servo may turn either way.
+            extreme, direction = place, -direction * (size <= back)
+        elif abs(moved) > back or moved * direction > 0.0:
+            if abs(unwrapped[firsts[extreme]] - unwrapped[starts[-1]]) >= _FULL_TURN:
+                starts.append(int(firsts[extreme] + lasts[extreme] + 1) // 2)
+            extreme, direction = place, float(np.sign(moved))
+    return np.array(starts, dtype=np.int64)
+
+
+def _thresholds(angles: FloatArray) -> tuple[float, float]:
+    """Return how far a servo turns back at the least for a new pass, and how long a step is a flyback [rad]."""
+    sizes = np.abs(np.diff(angles))
+    back = _TURNED_BACK * min(float(np.ptp(angles)), 2.0 * np.pi)
+    usual = float(np.median(sizes)) if len(sizes) else 0.0
+    return back, max(back, _FLYBACK * usual)
+
+
+def _unwrapped(angles: FloatArray) -> FloatArray:
+    """Remove steps over a whole turn between angles [rad]; a flyback over a part of a turn stays."""
     steps = np.diff(angles)
     turns = np.where((np.abs(steps) > np.pi) & (np.abs(wrap(steps)) < _ACROSS), np.round(steps / (2.0 * np.pi)), 0.0)
-    unwrapped = angles - 2.0 * np.pi * np.concatenate([[0.0], np.cumsum(turns)])
-    sizes = np.abs(np.diff(unwrapped))
-    back = _TURNED_BACK * min(float(np.ptp(unwrapped)), 2.0 * np.pi)
-    flyback = max(back, _FLYBACK * float(np.median(sizes[sizes > 0.0]))) if sizes.any() else back
-    # The extreme of the pass so far is held from reading ``first`` to ``last``: a servo may dwell there.
-    starts, first, last, direction = [0], 0, 0, 0.0
-    for place, size in enumerate(sizes, start=1):
-        moved = unwrapped[place] - unwrapped[last]
-        is_far = abs(moved) > back
-        if is_far and moved * direction < 0.0:
-            starts.append(place if size > flyback else (first + last) // 2 + 1)
-            # After a wide step, the servo may turn either way.
-            direction = 0.0 if size > back else -direction
-            first = last = place
-        elif moved == 0.0:
-            last = place
-        elif is_far or moved * direction > 0.0:
-            if abs(unwrapped[last] - unwrapped[starts[-1]]) >= _FULL_TURN:
-                starts.append((first + last + 1) // 2)
-            direction, first, last = float(np.sign(moved)), place, place
-    return np.array(starts, dtype=np.int64)
+    unwrapped: FloatArray = angles - 2.0 * np.pi * np.concatenate([[0.0], np.cumsum(turns)])
+    return unwrapped

@@ -93,25 +93,29 @@ def rows_of(lines: Sequence[Line], dialect: Dialect) -> list[Row]:
         # "Angle: 10" and below it "Distance: 20 cm" are one reading; each begins with the label that came first.
         is_next = is_one and row.names != leader and bool(rows) and rows[-1].names[:1] == leader
         if is_next and row.names[0] not in rows[-1].names:
-            rows[-1] = replace(rows[-1], cells=rows[-1].cells + row.cells, names=rows[-1].names + row.names)
+            begun = rows[-1]
+            rows[-1] = replace(
+                begun,
+                cells=begun.cells + row.cells,
+                names=begun.names + row.names,
+                numbers=begun.numbers + row.numbers,
+            )
         else:
             rows.append(row)
-    return [replace(row, numbers=tuple(_read(cell, row, dialect=dialect) for cell in row.cells)) for row in rows]
-
-
-def _read(text: str, row: Row, *, dialect: Dialect) -> Cell | None:
-    """Read a cell; a label before it shows where a number with a decimal comma begins."""
-    cell = read_cell(text, decimal=dialect.decimal)
-    return read_cell(text, decimal=",") if cell is None and row.names else cell
+    return rows
 
 
 def _row(line: Line, dialect: Dialect) -> Row:
+    """Split a line and read its cells."""
     if ":" in line.text or "=" in line.text:
         labelled = labelled_cells(line.text, decimal=dialect.decimal) or labelled_cells(line.text, decimal=",")
         if labelled:
             names, cells = labelled
-            return Row(line=line, cells=tuple(cells), names=names)
-    return Row(line=line, cells=tuple(dialect.split(line.text)))
+            # Behind a label it is clear where a number with a decimal comma begins.
+            numbers = [read_cell(cell, decimal=dialect.decimal) or read_cell(cell, decimal=",") for cell in cells]
+            return Row(line=line, cells=tuple(cells), names=names, numbers=tuple(numbers))
+    cells = dialect.split(line.text)
+    return Row(line=line, cells=tuple(cells), numbers=tuple(read_cell(each, decimal=dialect.decimal) for each in cells))
 
 
 def _with_places(dialect: Dialect, texts: Sequence[str]) -> Dialect:

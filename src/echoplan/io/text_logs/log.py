@@ -1,6 +1,5 @@
 """Text logs: the recording that one or several files make, and what was understood of them."""
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -177,18 +176,15 @@ def _facts(grammar: Grammar, *, encoding: str, removed: Sequence[str]) -> tuple[
 
 def _check_skipped(records: Records, source: str) -> None:
     """Refuse a log of which too much cannot be read."""
-    lost, read = (sum(len(line.text) for line in lines) for lines in (records.skipped, records.readings))
-    is_hopeless = len(records.skipped) > MOST_SKIPPED * records.lines or lost > MOST_SKIPPED * (lost + read)
-    if records.skipped and (is_hopeless or not records.readings):
-        ((reason, _),) = Counter(line.reason for line in records.skipped).most_common(1)
-        first, share = (
-            next(line for line in records.skipped if line.reason == reason),
-            f"more than {100.0 * MOST_SKIPPED:.0f} %",
-        )
-        counted = f"{len(records.skipped)} of {records.lines} lines cannot be read"
-        problem = f"{counted}, {share} of the text; this one: {reason}"
-        place = first.place.removeprefix(f"{source}, ")
-        remedy = "print them otherwise, state --columns, or delete the lines that are no readings"
-        raise InputError(source, problem, place=place, remedy=remedy)
-    if not records.readings:
+    if not (records.skipped or records.readings):
         raise InputError(source, "there is no reading in it", remedy='print lines such as "angle,distance"')
+    lost, read = (sum(len(line.text) for line in lines) for lines in (records.skipped, records.readings))
+    shares = (len(records.skipped) / records.lines, lost / (lost + read), float(not records.readings))
+    if max(shares) > MOST_SKIPPED:
+        reasons = [line.reason for line in records.skipped]
+        reason = max(reasons, key=reasons.count)
+        first = records.skipped[reasons.index(reason)]
+        counted = f"{len(reasons)} of {records.lines} lines cannot be read"
+        problem = f"{counted}, more than {100.0 * MOST_SKIPPED:.0f} % of the text; this one: {reason}"
+        remedy = "print them otherwise, state --columns, or delete the lines that are no readings"
+        raise InputError(source, problem, place=first.place.removeprefix(f"{source}, "), remedy=remedy)

@@ -170,14 +170,21 @@ def _used_cells(row: Row, columns: Sequence[Column], *, grammar: Grammar) -> lis
     for column, cell, unit in zip(columns, row.numbers, grammar.units_of(columns), strict=True):
         if column.role is Role.IGNORED:
             continue
-        if cell is None or (column.role is not Role.RANGE and not np.isfinite(cell.value)):
-            return "a number is missing or cannot be read"
-        if cell.is_padded:
-            return "a number begins with zeros, as where two lines ran together"
-        if cell.decimals is not None and unit not in (None, cell.unit):
-            return "a number has not the unit of the others"
+        reason = _fault(cell, column.role, unit=unit)
+        if reason or cell is None:
+            return reason
         pairs.append((column, cell))
     return pairs
+
+
+def _fault(cell: Cell | None, role: Role, *, unit: str | None) -> str:
+    """Return why a cell cannot be used; empty if it can."""
+    if cell is None or (role is not Role.RANGE and not np.isfinite(cell.value)):
+        return "a number is missing or cannot be read"
+    if cell.is_padded:
+        return "a number begins with zeros, as where two lines ran together"
+    is_other_unit = cell.decimals is not None and unit not in (None, cell.unit)
+    return "a number has not the unit of the others" if is_other_unit else ""
 
 
 def _stamp(numbers: Mapping[Role, float], row: Row, *, columns: Sequence[Column]) -> float | None:

@@ -214,5 +214,7 @@ def test_times_and_odometry_that_do_not_fit_are_refused_and_nothing_is_written(
 
 def test_without_rosbags_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "rosbags.typesys", None)
-    with pytest.raises(MissingExtraError, match=r"rosbags is not installed; .*echoplan\[ros\]"):
+    with pytest.raises(
+        MissingExtraError, match=r"rosbags is not installed; install it with: pip install rosbags \(extra 'ros'\)"
+    ):
         written(tmp_path)
