@@ -25,6 +25,7 @@ __all__ = ["EXTRAS", "Check", "run"]
 EXTRAS = {
     "ros": {"rosbags": "rosbags"},
     "cad": {"ezdxf": "ezdxf"},
+    "device": {"pyserial": "serial"},
     "cluster": {"dask": "dask", "distributed": "distributed", "pyarrow": "pyarrow"},
 }
 # Modules that mapping cannot do without by the names of their packages: the last one brings the default method.

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from echoplan.model import Rig, Source, Sweep, Table
 
 
-__all__ = ["Progressing", "TerminalProgress", "busy", "put", "report_files", "show", "tracked"]
+__all__ = ["Progressing", "TerminalProgress", "busy", "logging_to", "put", "report_files", "show", "tracked"]
 
 Item = TypeVar("Item")
 
@@ -160,7 +160,7 @@ def tracked(items: Iterable[Item], *, total: int, task: str) -> Iterator[Item]:
     stderr = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     progress = Progress(*columns, console=stderr, transient=True, disable=not stderr.is_terminal)
-    with _logging_to(stderr), progress:
+    with logging_to(stderr), progress:
         yield from progress.track(items, total=total, description=task)
 
 
@@ -174,7 +174,7 @@ def busy(task: str) -> Iterator[None]:
         What is being done.
     """
     stderr = Console(stderr=True)
-    with _logging_to(stderr), stderr.status(task):
+    with logging_to(stderr), stderr.status(task):
         yield
 
 
@@ -198,7 +198,7 @@ class _Printer(logging.Handler):
 
 
 @contextmanager
-def _logging_to(console: Console) -> Iterator[None]:
+def logging_to(console: Console) -> Iterator[None]:
     logger, printer = logging.getLogger("echoplan"), _Printer(console)
     level = logger.level
     if console.is_terminal:

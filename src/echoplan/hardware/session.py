@@ -2,140 +2,132 @@
 
 from collections.abc import Iterator
 from dataclasses import fields
-from typing import TypeVar
 
 from echoplan.errors import InputError
 from echoplan.hardware.port import Port
 from echoplan.hardware.protocol import (
-    Accepted,
     Ack,
+    Config,
     Done,
     Hello,
     Identify,
     Message,
-    Move,
     Ping,
     Pong,
     Record,
     Refused,
     Set,
-    Stop,
-    Sweeps,
     Value,
 )
 
-__all__ = ["change_setting", "identify", "records_of", "stop_session"]
+__all__ = ["ask", "change_setting", "identify", "records_of", "settings_of"]
 
-Answer = TypeVar("Answer", bound=Message)
-
-# A command is repeated this often [s]: a line takes 8 ms at 115200 baud.
+# A command is repeated this often [s]; a line takes 4 ms at 115200 baud.
 _REPEAT = 0.1
-# An Arduino resets when its port is opened, and its bootloader waits 1 to 2 s; a line with 1 % wrong bits needs about 30 attempts.
+# An Arduino resets when its port is opened, and its bootloader waits up to 2 s. If 1 % of all bits are wrong, one of 30
+# lines arrives.
 _PATIENCE = 10.0
-# A device is asked whether it still has the session after this silence [s]; it is lost after the longer one.
+# After this silence the device is asked whether it still has the session [s]; the longer one ends it.
 _SILENCE, _LOST = 0.5, 10.0
 # Records from one acknowledgement to the next.
 _ACKNOWLEDGED = 8
 
 
+def ask(port: Port, command: Message, *answers: type[Message]) -> Message:
+    """Repeat a command until one of its answers arrives, or a refusal.
+
+    Raises ``InputError`` if none does, ``OSError`` if the connection is lost.
+    """
+    began, sent = port.clock(), -_REPEAT
+    while (now := port.clock()) - began < _PATIENCE:
+        if now - sent >= _REPEAT:
+            port.send(command)
+            sent = now
+        for message in port.receive():
+            if isinstance(message, (*answers, Refused)) and _is_answer(message, command):
+                return message
+    remedy = "check that it runs the firmware of echoplan, and that no other program has the port open"
+    raise InputError(port.name, f"no device answers within {_PATIENCE:.0f} s", remedy=remedy)
+
+
 def identify(port: Port) -> Hello:
     """Ask a device what it is.
 
-    Raises ``InputError`` if it does not answer, ``OSError`` if the connection is lost.
+    Raises as ``ask`` does.
     """
-    return _ask(port, Identify(), Hello)
+    answer = ask(port, Identify(), Hello)
+    assert isinstance(answer, Hello)
+    return answer
 
 
 def change_setting(port: Port, name: str, *, value: int) -> None:
     """Change a setting.
 
-    Raises ``InputError`` if it is refused or not answered, ``OSError`` if the connection is lost.
+    Raises as ``ask`` does, and ``InputError`` if the device refuses.
     """
-    _ask(port, Set(name=name, value=value), Value)
+    answer = ask(port, Set(name=name, value=value), Value)
+    if isinstance(answer, Refused):
+        problem = f"the device refuses {name} = {value} ({answer.reason})"
+        remedy = "change the servo or the firing of the rig, or the limits in the firmware"
+        raise InputError(port.name, problem, remedy=remedy)
 
 
-def stop_session(port: Port, session: int) -> None:
-    """End a session.
+def settings_of(port: Port, *names: str) -> dict[str, int]:
+    """Return the values of settings.
 
-    Raises ``InputError`` if it is not answered, ``OSError`` if the connection is lost.
+    Raises as ``ask`` does.
     """
-    _ask(port, Stop(session=session), Accepted)
+    began, asked = port.clock(), -_SILENCE
+    known: dict[str, int] = {}
+    while not known.keys() >= set(names):
+        if (now := port.clock()) - began > _PATIENCE:
+            remedy = "update its firmware"
+            raise InputError(port.name, f"the device does not report its settings {', '.join(names)}", remedy=remedy)
+        if now - asked >= _SILENCE:
+            port.send(Config())
+            asked = now
+        known |= {each.name: each.value for each in port.receive() if isinstance(each, Value)}
+    return {name: known[name] for name in names}
 
 
-def records_of(port: Port, command: Sweeps | Move) -> Iterator[Record | None]:
-    """Yield the records of a session in their order, each once, and None while none arrive.
+def records_of(port: Port, session: int) -> Iterator[Record]:
+    """Yield the records of a session in their order, each once.
 
-    They end with ``Done``; without it, the device was reset or the connection was lost.
-
-    Raises ``InputError`` if the command is refused.
+    They end with ``Done``; without it, the device lost the session or fell silent. Raises ``OSError`` if the connection
+    is lost.
     """
     early: dict[int, Record] = {}
     expected, acknowledged = 0, 0
-    is_accepted = False
-    heard = asked = port.clock()
-    port.send(command)
-    while port.clock() - heard < _LOST:
+    received = asked = port.clock()
+    while (now := port.clock()) - received < _LOST:
         is_repeated = False
         for message in port.receive():
-            heard = port.clock()
-            if isinstance(message, Refused) and message.command == command.WORD and not is_accepted:
-                raise InputError(port.name, f"the device refuses to {command.WORD}: {message.reason}", remedy=_REFUSAL)
-            if _is_lost(message, command.session, is_accepted=is_accepted):
+            received = now
+            if isinstance(message, Hello) or (isinstance(message, Pong) and message.session != session):
                 return
-            is_accepted |= getattr(message, "session", 0) == command.session
-            if isinstance(message, Record) and message.session == command.session:
+            if isinstance(message, Record) and message.session == session:
                 is_repeated |= message.number < expected or message.number in early
-                if message.number >= expected:
-                    early[message.number] = message
-            while expected in early:
-                record = early.pop(expected)
-                expected += 1
-                if isinstance(record, Done):
-                    port.send(Ack(session=command.session, next=expected))
-                    yield record
-                    return
+                early[message.number] = message
+        while expected in early:
+            record = early.pop(expected)
+            expected += 1
+            if isinstance(record, Done):
+                port.send(Ack(session=session, next=expected))
                 yield record
+                return
+            yield record
+        early = {number: record for number, record in early.items() if number > expected}
         if is_repeated or expected - acknowledged >= _ACKNOWLEDGED:
-            port.send(Ack(session=command.session, next=expected))
+            port.send(Ack(session=session, next=expected))
             acknowledged = expected
-        now = port.clock()
-        if now - max(heard, asked) > (_SILENCE if is_accepted else _REPEAT):
-            port.send(Ping(token=0) if is_accepted else command)
+        if now - max(received, asked) > _SILENCE:
+            port.send(Ping(token=session))
             asked = now
-        yield None
 
 
-_REFUSAL = "wait until the device is idle, or reset it"
-
-
-def _answers(message: Message, command: Message) -> bool:
+def _is_answer(message: Message, command: Message) -> bool:
     """Whether an answer belongs to a command: it names the command and repeats its fields."""
     names = {each.name for each in fields(message)} & {each.name for each in fields(command)}
     return getattr(message, "command", command.WORD) == command.WORD and all(
         getattr(message, name) == getattr(command, name) for name in names
     )
-
-
-def _is_lost(message: Message, session: int, *, is_accepted: bool) -> bool:
-    """Whether a message shows that the device does not have the session any more."""
-    if isinstance(message, Pong):
-        return is_accepted and message.session != session
-    return is_accepted and isinstance(message, Hello)
-
-
-def _ask(port: Port, command: Message, kind: type[Answer]) -> Answer:
-    """Repeat a command until it is answered."""
-    began = sent = port.clock()
-    port.send(command)
-    while port.clock() - began < _PATIENCE:
-        for message in port.receive():
-            if isinstance(message, Refused) and message.command == command.WORD:
-                problem = f"the device refuses {command}: {message.reason}"
-                raise InputError(port.name, problem, remedy=_REFUSAL)
-            if isinstance(message, kind) and _answers(message, command):
-                return message
-        if port.clock() - sent > _REPEAT:
-            port.send(command)
-            sent = port.clock()
-    remedy = "check that the firmware of echoplan runs on it, and that no other program has the port open"
-    raise InputError(port.name, f"no device answers within {_PATIENCE:.0f} s", remedy=remedy)

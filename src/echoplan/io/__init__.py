@@ -13,19 +13,22 @@ from echoplan.io.feature_map import read_map, write_map
 from echoplan.io.files import check_folder, read_text, write_bytes, write_text, written_whole
 from echoplan.io.geojson import write_geojson
 from echoplan.io.grid_map import read_grid, write_grid
+from echoplan.io.recorder import Recorder
 from echoplan.io.recording import RecordingFolder, read_recording, write_recording
-from echoplan.io.rig import read_conventions, read_rig, write_rig
+from echoplan.io.rig import format_rig, read_conventions, read_rig, write_rig
 from echoplan.io.route import read_route, write_route
 from echoplan.io.trajectory import read_trajectory, write_trajectory
 from echoplan.io.truth import read_truth, write_truth
 from echoplan.io.world import read_world, write_world
 
 __all__ = [
+    "Recorder",
     "RecordingFolder",
     "builtin_rig",
     "builtin_route",
     "builtin_world",
     "check_folder",
+    "format_rig",
     "read_conventions",
     "read_grid",
     "read_map",

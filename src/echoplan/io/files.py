@@ -23,6 +23,7 @@ __all__ = [
     "open_text",
     "read_text",
     "readable",
+    "writable",
     "write_bytes",
     "write_text",
     "written_whole",
@@ -203,7 +204,7 @@ def written_whole(path: Path, *, stale: Iterable[str] = ()) -> Iterator[Path]:
     >>> (folder / "recording" / "note.txt").read_text()
     'two sweeps'
     """
-    with _writable(path):
+    with writable(path):
         target = _resolved(path)
         _check_replaceable(target)
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -235,7 +236,7 @@ def check_folder(path: Path, names: Iterable[str]) -> None:
     OutputError
         If the folder cannot be made or written to, or something that is no file bears one of the names.
     """
-    with _writable(path):
+    with writable(path):
         target = _resolved(path)
         _check_replaceable(target)
         if target.is_file():
@@ -244,7 +245,7 @@ def check_folder(path: Path, names: Iterable[str]) -> None:
         if not os.access(nearest, os.W_OK | os.X_OK):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
     for name in names:
-        with _writable(path / name):
+        with writable(path / name):
             _check_replaceable(target / name)
             if (target / name).is_dir():
                 raise _in_the_way(target / name)
@@ -291,7 +292,7 @@ def write_bytes(path: Path, data: bytes) -> None:
 
 
 @contextmanager
-def _writable(path: Path) -> Iterator[None]:
+def writable(path: Path) -> Iterator[None]:
     try:
         yield
     except OutputError as error:

@@ -1,6 +1,8 @@
 """Recordings: a folder with ``pings.csv`` and ``rig.toml``, read sweep by sweep however long it is."""
 
 import math
+import re
+import reprlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -19,7 +21,19 @@ from echoplan.io.text import format_seconds
 from echoplan.io.truth import read_truth
 from echoplan.model import Conventions, Rig, Source, Sweep, Truth
 
-__all__ = ["RecordingFolder", "read_recording", "write_recording"]
+__all__ = [
+    "PINGS",
+    "ROWS",
+    "RecordingFolder",
+    "complete_rows",
+    "lines_of",
+    "measured_columns",
+    "read_recording",
+    "write_recording",
+]
+
+# The table of the pings; beside it, while a recording is being made, how many of its rows are complete.
+PINGS, ROWS = "pings.csv", "pings.rows"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -107,7 +121,7 @@ def read_recording(path: Path) -> RecordingFolder:
         remedy = "name the folder with pings.csv; echoplan convert MAP --to plan.pdf makes a drawing of a map"
         raise InputError(path, "it holds a map, not a recording", remedy=remedy)
     rig = read_rig(path / "rig.toml")
-    table = Table.open(path / "pings.csv", PING_COLUMNS, optional=MEASURED)
+    table = Table.open(path / "pings.csv", PING_COLUMNS, optional=MEASURED, count=complete_rows(path))
     # Python decodes names that are not UTF-8 to lone surrogates, which cannot be encoded in any file.
     name = path.resolve().name.encode(errors="replace").decode()
     conventions = read_conventions(path / "rig.toml")
@@ -156,20 +170,35 @@ def write_recording(path: Path, source: Source) -> None:
             pings, measured = 0, tuple[str, ...]()
             for number, sweep in enumerate(source):
                 if not number:
-                    measured = _measured(sweep)
+                    measured = measured_columns(sweep)
                     file.write(",".join((*REQUIRED, *measured)) + "\n")
-                file.writelines(_lines(sweep, measured))
+                file.writelines(lines_of(sweep, measured))
                 pings += len(sweep)
         if not pings:
             raise InvalidValueError(f"{source.name} has no pings to write")
 
 
-def _measured(first: Sweep) -> tuple[str, ...]:
+def complete_rows(path: Path) -> int | None:
+    """Return how many rows of a recording are complete; None if all are.
+
+    Raises ``InputError`` if the file that says so was changed.
+    """
+    with readable(path / ROWS):
+        if not (path / ROWS).exists():
+            return None
+        text = (path / ROWS).read_text(encoding="ascii", errors="replace").strip()
+    if not re.fullmatch("[0-9]{1,12}", text):
+        remedy = "delete it, and the last sweep of pings.csv if it is not complete"
+        raise InputError(path / ROWS, f"{reprlib.repr(text)} is not a number of rows", remedy=remedy)
+    return int(text)
+
+
+def measured_columns(first: Sweep) -> tuple[str, ...]:
     """Name what else was measured, by the first sweep."""
     return tuple(name for name in MEASURED if not math.isnan(getattr(first, name)))
 
 
-def _lines(sweep: Sweep, measured: tuple[str, ...]) -> Iterator[str]:
+def lines_of(sweep: Sweep, measured: tuple[str, ...]) -> Iterator[str]:
     columns = (sweep.sensor_ids, sweep.servo_angles, sweep.ranges, *sweep.map_from_base.T)
     times = map(format_seconds, sweep.stamps_ns.tolist())
     last = "".join(f",{getattr(sweep, name)!r}" for name in measured)

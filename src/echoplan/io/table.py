@@ -75,14 +75,19 @@ class Table:
         Names of all its columns, in their order.
     columns : mapping
         The known ones, each with its kind; all others are passed over.
+    count : int, optional
+        How many rows to read; None for all.
     """
 
     path: Path
     header: tuple[str, ...]
     columns: Mapping[str, Kind]
+    count: int | None = None
 
     @classmethod
-    def open(cls, path: Path, columns: Mapping[str, Kind], *, optional: Sequence[str] = ()) -> Self:
+    def open(
+        cls, path: Path, columns: Mapping[str, Kind], *, optional: Sequence[str] = (), count: int | None = None
+    ) -> Self:
         """Read the header of a table.
 
         Parameters
@@ -93,6 +98,8 @@ class Table:
             Kind of each column by its name.
         optional : sequence of str, optional
             Columns that may be missing.
+        count : int, optional
+            How many rows to read; None for all.
 
         Returns
         -------
@@ -107,7 +114,8 @@ class Table:
         required = [name for name in columns if name not in optional]
         with open_text(path) as file:
             header = _header(path, *next(_filled(path, file), (0, "")), required)
-        return cls(path=path, header=header, columns={name: columns[name] for name in header if name in columns})
+        known = {name: columns[name] for name in header if name in columns}
+        return cls(path=path, header=header, columns=known, count=count)
 
     def only(self, name: str) -> "Table":
         """Return the same table with all columns but one passed over."""
@@ -123,7 +131,8 @@ class Table:
         """
         first = 0
         with open_text(self.path) as file:
-            lines = (line for _, line in islice(_filled(self.path, file), 1, None))
+            stop = None if self.count is None else 1 + self.count
+            lines = (line for _, line in islice(_filled(self.path, file), 1, stop))
             while chunk := list(islice(lines, _CHUNK)):
                 yield Rows(path=self.path, first=first, data=self._parse(chunk, first))
                 first += len(chunk)

@@ -1,0 +1,125 @@
+"""``echoplan record``: what a device measures becomes a recording, sweep by sweep."""
+
+import sys
+from itertools import count
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from echoplan.cli.terminal import put, report_files
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from echoplan.arrays import FloatArray
+    from echoplan.hardware import Device
+    from echoplan.model import Rig
+
+__all__ = ["run"]
+
+# What a device measures with if nobody says so, by its number of sensors.
+_RIGS = {1: "hc-sr04-servo", 4: "rotary-array"}
+
+
+def run(
+    source: Annotated[
+        str, typer.Argument(help="serial:///dev/ttyUSB0 or tcp://HOST:PORT; without it, the only device that answers.")
+    ] = "",
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the recording.")] = Path("rec"),
+    rig: Annotated[
+        str, typer.Option(help="A built-in rig or a rig.toml; else by the number of sensors of the device.")
+    ] = "",
+    place: Annotated[
+        list[str] | None,
+        typer.Option(help='"x y heading" of a station [cm, cm, degrees]; repeatable. Without it you are asked.'),
+    ] = None,
+    places: Annotated[Path | None, typer.Option(help="File of such places, one a line.")] = None,
+    sweeps: Annotated[int, typer.Option(min=1, help="Sweeps at each station.")] = 1,
+    append: Annotated[bool, typer.Option("--append", help="Continue a recording.")] = False,
+) -> None:
+    """Record sweeps of a device, at stations where you place it or to which it drives.
+
+    Each sweep is on the disk when it is complete. A lost connection is made again; the sweep is repeated.
+
+    Example: echoplan record serial:///dev/ttyUSB0 --out rec/
+    """
+    from echoplan.cli.sweep_progress import SweepProgress  # noqa: PLC0415 - --help must not wait for NumPy
+    from echoplan.hardware import Device, find_device  # noqa: PLC0415
+    from echoplan.io import Recorder  # noqa: PLC0415
+    from echoplan.io.text_logs import read_places  # noqa: PLC0415
+
+    stations = [_pose(each.x, each.y, each.heading) for each in read_places(place or (), places)]
+    with SweepProgress() as progress, Device(source or find_device(), watch=progress.watch) as device:
+        used, text = _rig_of(rig or (str(out / "rig.toml") if append and (out / "rig.toml").exists() else ""), device)
+        put(f"{device.address}: {device.hello.board}, {device.hello.sensors} sensors; rig {used.name!r}")
+        with Recorder(out, rig=text, append=append) as recorder:
+            for number, pose in enumerate(_poses(device, stations), start=1):
+                device.place(pose)
+                progress.begin(f"station {number}", used, sweeps=sweeps)
+                for sweep in device.sweeps(sweeps, rig=used):
+                    recorder.add(sweep)
+                    progress.check(sweep, used)
+                progress.end()
+    problems = "".join(f"; {name}: {number}" for name, number in device.counts.items() if number)
+    put(f"{recorder.sweeps} sweeps{problems}")
+    report_files(out, ["pings.csv", "rig.toml"])
+
+
+def _rig_of(name: str, device: "Device") -> "tuple[Rig, str]":
+    """Return a rig and the text of its file: a file is kept as it stands, with the conventions in it."""
+    from echoplan.errors import InputError  # noqa: PLC0415
+    from echoplan.io import format_rig  # noqa: PLC0415
+    from echoplan.io.files import read_text  # noqa: PLC0415
+    from echoplan.sources import find_rig  # noqa: PLC0415
+
+    if not name and device.hello.sensors not in _RIGS:
+        problem = f"the mounting of its {device.hello.sensors} sensors is unknown"
+        raise InputError(device.address, problem, remedy="name a rig.toml by --rig")
+    rig = find_rig(name or _RIGS[device.hello.sensors])
+    return rig, read_text(Path(name)) if Path(name).suffix else format_rig(rig)
+
+
+def _poses(device: "Device", stations: "Sequence[FloatArray]") -> "Iterator[FloatArray]":
+    """Yield where the robot stands [m, m, rad], station by station."""
+    if "drive" in device.capabilities:
+        yield stations[0] if stations else device.pose
+        while device.move():
+            yield device.pose
+    elif stations:
+        yield from stations
+    else:
+        yield from _asked_poses()
+
+
+def _asked_poses() -> "Iterator[FloatArray]":
+    """Ask for the place of each station until an empty line."""
+    from echoplan.errors import InputError  # noqa: PLC0415
+    from echoplan.io.text_logs import parse_place  # noqa: PLC0415
+
+    is_terminal = sys.stdin.isatty()
+    if is_terminal:
+        put(
+            "Place the robot, then type where it stands: x y heading in cm, cm and degrees (0 0 0: here is the origin)."
+        )
+    for number in count(1):
+        if is_terminal:
+            sys.stderr.write(f"station {number} (empty: finish): ")
+            sys.stderr.flush()
+        text = sys.stdin.readline().strip()
+        if not text:
+            return
+        try:
+            place = parse_place(text, option="place")
+        except InputError as error:
+            if not is_terminal:
+                raise
+            put(f"{error}")
+            continue
+        yield _pose(place.x, place.y, place.heading)
+
+
+def _pose(x_cm: float, y_cm: float, heading_deg: float) -> "FloatArray":
+    import numpy as np  # noqa: PLC0415
+
+    return np.array([0.01 * x_cm, 0.01 * y_cm, np.radians(heading_deg)])

@@ -1,0 +1,258 @@
+"""The driver of a device: complete sweeps, whatever happens to the connection."""
+
+import logging
+import math
+import time
+from collections import Counter, deque
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from itertools import count
+from types import TracebackType
+from typing import Self
+
+from echoplan.acoustics import Air
+from echoplan.arrays import FloatArray
+from echoplan.errors import InputError, InvalidValueError
+from echoplan.geometry import identity
+from echoplan.hardware.port import Port, open_port, port_names
+from echoplan.hardware.protocol import Accepted, Begin, Done, End, Move, Record, Refused, Stop, Sweeps, Wheels
+from echoplan.hardware.readings import Timed, Track, Wheelbase, driven, sweep_of, timed
+from echoplan.hardware.session import ask, change_setting, identify, records_of, settings_of
+from echoplan.model import Firing, Rig, Sweep
+
+__all__ = ["Device", "device_settings", "find_device"]
+
+_LOG = logging.getLogger(__name__)
+# A lost connection is tried again this often [s].
+_AGAIN = 0.5
+# Time between the pings of a rig that does not state it [s]: HC-SR04 need that long.
+_PERIOD = 0.06
+
+
+class Device:
+    """A connected device: a context manager that makes complete sweeps.
+
+    Parameters
+    ----------
+    address : str
+        ``serial:///dev/ttyUSB0`` or ``tcp://echoplan.local:4000``.
+    watch : callable, optional
+        What is called with every record as it arrives.
+    connect : callable, optional
+        What opens the port.
+
+    Raises
+    ------
+    InputError
+        If the port cannot be opened, or no device answers.
+    MissingExtraError
+        If pyserial is not installed.
+    """
+
+    def __init__(
+        self,
+        address: str,
+        *,
+        watch: Callable[[Record], None] = lambda _: None,
+        connect: Callable[[str], Port] = open_port,
+    ) -> None:
+        self.address = address
+        self._watch = watch
+        self._connect = connect
+        self._counts = Counter[str]()
+        # Sessions of an earlier run may still be going on.
+        self._sessions = (number % 65535 + 1 for number in count(time.time_ns() // 1_000_000))
+        # Each holds its newest value only.
+        self._ports = deque[Port](maxlen=1)
+        self._tracks = deque([Track(pose=identity())], maxlen=1)
+        self._stamps_ns = deque([0], maxlen=1)
+        self._ports.append(connect(address))
+        self.hello = identify(self._ports[0])
+        self.wheels = wheelbase_of(self._ports[0]) if "wheels" in self.capabilities else None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    @property
+    def capabilities(self) -> frozenset[str]:
+        """What it has: ``servo``, ``air``, ``wheels``, ``drive``."""
+        return frozenset(self.hello.capabilities.split("-"))
+
+    @property
+    def pose(self) -> FloatArray:
+        """Pose of the robot [m, m, rad], shape (3,): where it was placed, or driven since."""
+        return self._tracks[0].pose
+
+    @property
+    def counts(self) -> Mapping[str, int]:
+        """How often something went wrong: ``damaged`` lines, ``lost`` connections, ``interrupted`` sweeps."""
+        return Counter(damaged=sum(port.damaged for port in self._ports)) + self._counts
+
+    def place(self, pose: FloatArray) -> None:
+        """State where the robot is, shape (3,) [m, m, rad]."""
+        self._tracks.append(replace(self._tracks[0], pose=pose))
+
+    def close(self) -> None:
+        """Close the port."""
+        for port in self._ports:
+            port.close()
+
+    def sweeps(self, number: int, *, rig: Rig) -> Iterator[Sweep]:
+        """Yield sweeps, numbered from 0; those of a device with wheels may be made while it drives.
+
+        A sweep that a reset or a lost connection interrupts is dropped and made again.
+
+        Parameters
+        ----------
+        number : int
+            How many; 0 until no more are asked for.
+        rig : Rig
+            Its sensors; its servo and firing become the settings of the device.
+
+        Raises
+        ------
+        InputError
+            If the rig does not fit the device, or the device does not answer.
+        """
+        strange = sorted(set(rig.sensor_ids.tolist()) - set(range(self.hello.sensors)))
+        if strange:
+            problem = f"the device has {self.hello.sensors} sensors, and the rig {rig.name!r} has a sensor {strange[0]}"
+            raise InputError(self.address, problem, remedy="name a rig.toml with the sensors of this device by --rig")
+        settings = device_settings(rig)
+        made = 0
+        while not number or made < number:
+            pending, poses = list[Timed](), list[tuple[int, FloatArray]]()
+            command = Sweeps(session=next(self._sessions), count=number and number - made)
+            for each in self._session(command, settings):
+                if isinstance(each.record, Begin):
+                    pending, poses = [], [(each.stamp_ns, self.pose)]
+                pending.append(each)
+                if isinstance(each.record, Wheels):
+                    poses.append((each.stamp_ns, self.pose))
+                if isinstance(each.record, End):
+                    yield sweep_of(pending, index=made, rig=rig, poses=poses)
+                    pending, made = [], made + 1
+            self._counts["interrupted"] += bool(pending)
+
+    def move(self) -> bool:
+        """Let the device drive to its next station; False if there is none.
+
+        Raises
+        ------
+        InputError
+            If the connection is lost on the way, so that the pose of the robot is unknown.
+        """
+        records = [each.record for each in self._session(Move(session=next(self._sessions)), {})]
+        if not records or not isinstance(records[-1], Done):
+            remedy = "place the robot by hand and continue with --append"
+            raise InputError(self.address, "the connection was lost while the robot moved", remedy=remedy)
+        return len(records) > 1
+
+    def _session(self, command: Sweeps | Move, settings: Mapping[str, int]) -> Iterator[Timed]:
+        """Yield the records of a session until it is complete or lost; in the latter case connect again."""
+        port = self._ports[0]
+        is_complete = False
+        try:
+            for name, value in {**settings, "window": self.hello.window}.items():
+                change_setting(port, name, value=value)
+            answer = ask(port, command, Accepted)
+            if isinstance(answer, Refused):
+                problem = f"the device refuses to {command.WORD} ({answer.reason})"
+                raise InputError(self.address, problem, remedy="reset it, or update its firmware")
+            for each in timed(records_of(port, command.session), now_ns=self._now_ns):
+                if isinstance(each.record, Wheels) and self.wheels is not None:
+                    self._tracks.append(driven(self._tracks[0], each.record, wheels=self.wheels))
+                self._stamps_ns.append(each.stamp_ns)
+                self._watch(each.record)
+                is_complete = isinstance(each.record, Done)
+                yield each
+        except OSError as error:
+            _LOG.warning("%s: the connection is lost (%s); trying again", self.address, error)
+        except GeneratorExit:
+            ask(port, Stop(session=command.session), Accepted)
+            raise
+        if not is_complete:
+            self._connect_again()
+
+    def _now_ns(self) -> int:
+        # The clock of a device may be fast: times must not go back from one session to the next.
+        return max(time.time_ns(), self._stamps_ns[0])
+
+    def _connect_again(self) -> None:
+        """Wait until the device answers."""
+        self._counts["lost"] += 1
+        # A device that was reset counts from zero.
+        self._tracks.append(replace(self._tracks[0], counts=None))
+        for attempt in count():
+            try:
+                # After a reset the port is still open.
+                if attempt:
+                    self._counts["damaged"] += self._ports[0].damaged
+                    self._ports[0].close()
+                    self._ports.append(self._connect(self.address))
+                identify(self._ports[0])
+            except (InputError, OSError):
+                time.sleep(_AGAIN)
+            else:
+                return
+
+
+def device_settings(rig: Rig) -> dict[str, int]:
+    """Return the settings of a device that do what a rig states.
+
+    Raises ``InvalidValueError`` if no device can fire like this.
+    """
+    firing = rig.firing or Firing(period=_PERIOD, groups=tuple((each,) for each in rig.sensor_ids.tolist()))
+    is_together = len(firing.groups) == 1
+    if not is_together and max(map(len, firing.groups)) > 1:
+        raise InvalidValueError(
+            f"groups must fire all sensors together or each by itself for a device, not {firing.groups}"
+        )
+    guard_ms = math.ceil(1000 * firing.period - 1e-6)
+    flight = 2 * rig.max_ranges.max() / (rig.speed_of_sound or Air().speed_of_sound)
+    settings = {
+        "guard": guard_ms,
+        "dwell": guard_ms * len(firing.groups),
+        "together": int(is_together and len(rig.sensors) > 1),
+        "listen": min(math.ceil(1000 * flight), guard_ms),
+    }
+    if rig.servo is not None:
+        angles = {name: getattr(rig.servo, name) for name in ("start", "stop", "step")}
+        settings |= {name: round(100 * math.degrees(angle)) for name, angle in angles.items()}
+    return settings
+
+
+def wheelbase_of(port: Port) -> Wheelbase | None:
+    """Return the geometry of the wheels of a device; None if it does not state it."""
+    values = settings_of(port, "tick", "base")
+    tick, base = 1e-6 * values["tick"], 1e-4 * values["base"]
+    return Wheelbase(tick=tick, width=base) if tick and base else None
+
+
+def find_device() -> str:
+    """Return the address of the only device that answers at a serial port.
+
+    Raises
+    ------
+    InputError
+        If none answers, or several do.
+    MissingExtraError
+        If pyserial is not installed.
+    """
+    answering = []
+    for name in port_names():
+        try:
+            with Device(f"serial://{name}"):
+                answering.append(f"serial://{name}")
+        except (InputError, OSError) as error:
+            _LOG.info("%s", error)
+    if len(answering) != 1:
+        problem = f"several devices answer: {', '.join(answering)}" if answering else "no device answers"
+        remedy = "name one of them" if answering else "connect it, check `echoplan doctor`, or name serial:///dev/..."
+        raise InputError("serial ports", problem, remedy=remedy)
+    return answering[0]
