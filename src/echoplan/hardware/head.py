@@ -45,10 +45,8 @@ _COMMANDS = {
 }
 _NAME = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-"
 _LONGEST_PAYLOAD, _LONGEST_NAME, _LONGEST_LINE = 80, 32, 91
-# The clock of the protocol has 32 bits.
-_CLOCK = 4294967296
-# The numbers of sweeps have 16 bits.
-_MOST_SWEEPS = 65536
+# The clock of the protocol has 32 bits, the number of a sweep 16.
+_CLOCK, _MOST_SWEEPS = 4294967296, 65536
 # Records are sent again, and changed wheels reported, after this time [us].
 _AGAIN = 50000
 # Pulses beyond these drive a servo against its stop [us].
@@ -243,9 +241,13 @@ class Head:
 
     def _fits(self, name: str, value: int) -> bool:
         """Return whether a value fits the board and the other settings."""
-        start = value if name == "start" else self.settings["start"]
-        stop = value if name == "stop" else self.settings["stop"]
-        return start < stop and (name != "gain" or value != 0) and (name != "window" or value <= self.board.window)
+        if name == "window":
+            return value <= self.board.window
+        if name == "start":
+            return value < self.settings["stop"]
+        if name == "stop":
+            return value > self.settings["start"]
+        return name != "gain" or value != 0
 
     def _ack(self, session: int, following: int) -> None:
         """Forget the records that have arrived."""
@@ -266,23 +268,25 @@ class Head:
             if session == state["session"]:
                 state["stopping"] |= int(word == "stop")
             elif word != "stop":
-                self._begin(session, count=numbers[1] or _MOST_SWEEPS if word == "sweep" else 0)
+                self._begin(session, numbers[1:])
 
     def _is_in_reach(self) -> bool:
-        """Return whether the servo can turn to both ends of a sweep."""
+        """Return whether the servo, if there is one, can turn to both ends of a sweep."""
+        if not self._has("servo"):
+            return True
         pulses = [self._pulse_of(self.settings[name]) for name in ("start", "stop")]
-        return not self._has("servo") or (min(pulses) >= _SHORTEST_PULSE and max(pulses) <= _LONGEST_PULSE)
+        return min(pulses) >= _SHORTEST_PULSE and max(pulses) <= _LONGEST_PULSE
 
-    def _begin(self, session: int, *, count: int) -> None:
-        """Replace the current session by so many sweeps, or by a move if there are none."""
+    def _begin(self, session: int, count: list[int]) -> None:
+        """Replace the current session by a number of sweeps, or by a move if there is no number."""
         state = self._state
         if self._running and state["moving"]:
             self.board.halt()
         self._kept.clear()
-        self._running[:] = [self._sweeps(count) if count else self._moves()]
+        self._running[:] = [self._sweeps(count[0] or _MOST_SWEEPS) if count else self._moves()]
         state["window"] = self.settings["window"]
         state["session"], state["number"] = session, 0
-        state["moving"], state["idle"], state["stopping"] = int(count == 0), 1, 0
+        state["moving"], state["idle"], state["stopping"] = int(not count), 1, 0
 
     def _sweeps(self, count: int) -> "Iterator[bool]":
         """Make sweeps to and fro; yield, whenever it waits, whether the session may end there."""
