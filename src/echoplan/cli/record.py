@@ -99,9 +99,7 @@ def _asked_poses() -> "Iterator[FloatArray]":
 
     is_terminal = sys.stdin.isatty()
     if is_terminal:
-        put(
-            "Place the robot, then type where it stands: x y heading in cm, cm and degrees (0 0 0: here is the origin)."
-        )
+        put("Place the robot, then type where it stands: x y heading [cm, cm, degrees].")
     for number in count(1):
         if is_terminal:
             sys.stderr.write(f"station {number} (empty: finish): ")

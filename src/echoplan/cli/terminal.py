@@ -199,6 +199,7 @@ class _Printer(logging.Handler):
 
 @contextmanager
 def logging_to(console: Console) -> Iterator[None]:
+    """Print what is logged meanwhile, if the console is a terminal."""
     logger, printer = logging.getLogger("echoplan"), _Printer(console)
     level = logger.level
     if console.is_terminal:

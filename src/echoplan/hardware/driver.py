@@ -17,7 +17,7 @@ from echoplan.geometry import identity
 from echoplan.hardware.port import Port, open_port, port_names
 from echoplan.hardware.protocol import Accepted, Begin, Done, End, Move, Record, Refused, Stop, Sweeps, Wheels
 from echoplan.hardware.readings import Timed, Track, Wheelbase, driven, sweep_of, timed
-from echoplan.hardware.session import ask, change_setting, identify, records_of, settings_of
+from echoplan.hardware.session import ask, change_setting, end_session, identify, records_of, settings_of
 from echoplan.model import Firing, Rig, Sweep
 
 __all__ = ["Device", "device_settings", "find_device"]
@@ -131,7 +131,8 @@ class Device:
             for each in self._session(command, settings):
                 if isinstance(each.record, Begin):
                     pending, poses = [], [(each.stamp_ns, self.pose)]
-                pending.append(each)
+                if not isinstance(each.record, Done):
+                    pending.append(each)
                 if isinstance(each.record, Wheels):
                     poses.append((each.stamp_ns, self.pose))
                 if isinstance(each.record, End):
@@ -158,6 +159,7 @@ class Device:
         port = self._ports[0]
         is_complete = False
         try:
+            end_session(port)
             for name, value in {**settings, "window": self.hello.window}.items():
                 change_setting(port, name, value=value)
             answer = ask(port, command, Accepted)

@@ -53,6 +53,11 @@ class Port:
         self._decoder = Decoder()
 
     @property
+    def lines(self) -> int:
+        """Number of lines that arrived, damaged ones included."""
+        return self._decoder.lines
+
+    @property
     def damaged(self) -> int:
         """Number of damaged lines that were dropped."""
         return self._decoder.damaged

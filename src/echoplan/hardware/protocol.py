@@ -365,12 +365,17 @@ class Decoder:
     def __init__(self, *, is_host: bool = True) -> None:
         self._is_host = is_host
         self._pending = bytearray()
-        self._damaged = Counter[str]()
+        self._counts = Counter[str]()
 
     @property
     def damaged(self) -> int:
         """Number of lines that were dropped."""
-        return self._damaged.total()
+        return self._counts["damaged"]
+
+    @property
+    def lines(self) -> int:
+        """Number of lines."""
+        return self._counts["lines"]
 
     def feed(self, data: bytes) -> Iterator[Message]:
         """Yield the messages that these bytes complete."""
@@ -378,11 +383,12 @@ class Decoder:
         while (end := self._pending.find(b"\n")) >= 0:
             line = bytes(self._pending[:end])
             del self._pending[: end + 1]
+            self._counts["lines"] += 1
             message = decode(line, is_command=not self._is_host)
             if message is not None:
                 yield message
             elif line.strip():
-                self._damaged["lines"] += 1
+                self._counts["damaged"] += 1
         # Only the last bytes of endless noise can belong to a message.
         del self._pending[:-_LONGEST]
 

@@ -6,6 +6,7 @@ from dataclasses import fields
 from echoplan.errors import InputError
 from echoplan.hardware.port import Port
 from echoplan.hardware.protocol import (
+    Accepted,
     Ack,
     Config,
     Done,
@@ -17,16 +18,18 @@ from echoplan.hardware.protocol import (
     Record,
     Refused,
     Set,
+    Stop,
     Value,
 )
 
-__all__ = ["ask", "change_setting", "identify", "records_of", "settings_of"]
+__all__ = ["ask", "change_setting", "end_session", "identify", "records_of", "settings_of"]
 
-# A command is repeated this often [s]; a line takes 4 ms at 115200 baud.
-_REPEAT = 0.1
-# An Arduino resets when its port is opened, and its bootloader waits up to 2 s. If 1 % of all bits are wrong, one of 30
-# lines arrives.
-_PATIENCE = 10.0
+# A command is repeated this often [s]; a line and its answer take 8 ms at 115200 baud.
+_REPEAT = 0.05
+# A device is given up after so long without a line [s]: an Arduino resets when its port is opened, and its bootloader
+# waits up to 2 s. While damaged lines arrive, the wait is longer: of those in which 1 % of all bits are wrong, 1 in 30
+# is whole.
+_PATIENCE, _LONGEST = 10.0, 60.0
 # After this silence the device is asked whether it still has the session [s]; the longer one ends it.
 _SILENCE, _LOST = 0.5, 10.0
 # Records from one acknowledgement to the next.
@@ -38,16 +41,21 @@ def ask(port: Port, command: Message, *answers: type[Message]) -> Message:
 
     Raises ``InputError`` if none does, ``OSError`` if the connection is lost.
     """
-    began, sent = port.clock(), -_REPEAT
-    while (now := port.clock()) - began < _PATIENCE:
+    began = arrived = port.clock()
+    sent, lines = began - _REPEAT, port.lines
+    while (now := port.clock()) - arrived < _PATIENCE and now - began < _LONGEST:
         if now - sent >= _REPEAT:
             port.send(command)
             sent = now
-        for message in port.receive():
-            if isinstance(message, (*answers, Refused)) and _is_answer(message, command):
+        messages = list(port.receive())
+        if port.lines > lines:
+            arrived, lines = now, port.lines
+        for message in messages:
+            is_busy = isinstance(message, Refused) and message.reason == "busy"
+            if isinstance(message, (*answers, Refused)) and _is_answer(message, command) and not is_busy:
                 return message
     remedy = "check that it runs the firmware of echoplan, and that no other program has the port open"
-    raise InputError(port.name, f"no device answers within {_PATIENCE:.0f} s", remedy=remedy)
+    raise InputError(port.name, "no device of echoplan answers", remedy=remedy)
 
 
 def identify(port: Port) -> Hello:
@@ -58,6 +66,16 @@ def identify(port: Port) -> Hello:
     answer = ask(port, Identify(), Hello)
     assert isinstance(answer, Hello)
     return answer
+
+
+def end_session(port: Port) -> None:
+    """End the session of an earlier host or connection; settings cannot be changed while it goes on.
+
+    Raises as ``ask`` does.
+    """
+    answer = ask(port, Ping(token=0), Pong)
+    if isinstance(answer, Pong) and answer.session:
+        ask(port, Stop(session=answer.session), Accepted)
 
 
 def change_setting(port: Port, name: str, *, value: int) -> None:

@@ -293,6 +293,7 @@ def write_bytes(path: Path, data: bytes) -> None:
 
 @contextmanager
 def writable(path: Path) -> Iterator[None]:
+    """Turn what the operating system says about writing a file into an ``OutputError``."""
     try:
         yield
     except OutputError as error:

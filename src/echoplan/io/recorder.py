@@ -20,8 +20,8 @@ __all__ = ["Recorder"]
 class Recorder:
     """A recording to which sweeps are appended: a context manager.
 
-    A sweep is on the disk when ``add`` returns. Until the recorder is closed, the file ``pings.rows`` holds the number of
-    complete rows, so that an incomplete sweep of a program that was killed is not read.
+    A sweep is on the disk when ``add`` returns. Until the recorder is closed, the file ``pings.rows`` holds the number
+    of complete rows, so that an incomplete sweep of a program that was killed is not read.
 
     Parameters
     ----------

@@ -199,6 +199,7 @@ def measured_columns(first: Sweep) -> tuple[str, ...]:
 
 
 def lines_of(sweep: Sweep, measured: tuple[str, ...]) -> Iterator[str]:
+    """Yield the rows of a sweep as lines of ``pings.csv``."""
     columns = (sweep.sensor_ids, sweep.servo_angles, sweep.ranges, *sweep.map_from_base.T)
     times = map(format_seconds, sweep.stamps_ns.tolist())
     last = "".join(f",{getattr(sweep, name)!r}" for name in measured)

@@ -1,0 +1,94 @@
+"""The driver of a device: complete sweeps, whatever the line does to its messages."""
+
+import numpy as np
+import pytest
+
+from echoplan.acoustics import Air
+from echoplan.errors import InputError
+from echoplan.hardware.driver import Device, device_settings
+from echoplan.io import builtin_rig
+from echoplan.model import Rig, Sweep
+from helpers.devices import Line, flight
+
+RIG = builtin_rig("rotary-array")
+
+
+@pytest.fixture(autouse=True)
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("time.sleep", lambda _: None)
+
+
+def sweeps(line: Line, *, count: int = 2, rig: Rig = RIG) -> tuple[list[Sweep], dict[str, int]]:
+    with Device("test", connect=line.connect) as device:
+        made = list(device.sweeps(count, rig=rig))
+        return made, dict(device.counts)
+
+
+def check(made: list[Sweep], *, count: int = 2) -> None:
+    """Check that sweeps are complete, run to and fro, and have the flights of the board."""
+    assert len(made) == count
+    for number, sweep in enumerate(made):
+        angles = np.repeat(np.arange(-45, 46), 4)
+        np.testing.assert_allclose(np.degrees(sweep.servo_angles), angles if number % 2 == 0 else angles[::-1])
+        pulses = np.round(1500 + 1000 * np.degrees(sweep.servo_angles) / 90).astype(int)
+        flights = [flight(pulse, sensor) for pulse, sensor in zip(pulses, sweep.sensor_ids, strict=True)]
+        np.testing.assert_allclose(sweep.ranges, 0.5e-6 * np.array(flights) * Air().speed_of_sound, rtol=1e-3)
+        assert sweep.temperature == 21.5
+        assert (np.diff(sweep.stamps_ns) >= 0).all()
+
+
+def test_a_device_makes_complete_sweeps_to_and_fro_while_its_clock_wraps() -> None:
+    made, counts = sweeps(Line())
+    check(made)
+    assert not any(counts.values())
+
+
+def test_wrong_bits_of_the_line_change_no_ping() -> None:
+    line = Line(bit_errors=0.01, seed=1)
+    made, counts = sweeps(line)
+    check(made)
+    assert counts["damaged"] > 1000
+
+
+@pytest.mark.parametrize("where", [300, 700, 1100, 1400, 2000])
+def test_a_sweep_that_a_reset_interrupts_is_made_again(where: int) -> None:
+    made, counts = sweeps(Line(resets=(where,)))
+    check(made[:1], count=1)
+    assert len(made) == 2
+    assert counts["interrupted"] == 1
+
+
+@pytest.mark.parametrize("where", [300, 700, 1100, 1400, 2000])
+def test_a_sweep_during_which_the_line_is_cut_is_made_again(where: int) -> None:
+    made, counts = sweeps(Line(cuts=(where, where + 2)))
+    assert len(made) == 2
+    assert all(len(sweep) == 364 for sweep in made)
+    assert counts["lost"] >= 1
+
+
+def test_a_rig_with_more_sensors_than_the_device_is_refused() -> None:
+    with pytest.raises(
+        InputError, match="the device has 4 sensors, and the rig 'ring of sixteen' has a sensor 4; name a rig"
+    ):
+        sweeps(Line(), rig=builtin_rig("ring-16"))
+
+
+def test_the_settings_are_those_of_the_rig() -> None:
+    assert device_settings(RIG) == {
+        "guard": 25,
+        "dwell": 25,
+        "together": 1,
+        "listen": 18,
+        "start": -4500,
+        "stop": 4500,
+        "step": 100,
+    }
+    assert device_settings(builtin_rig("hc-sr04-servo")) == {
+        "guard": 60,
+        "dwell": 60,
+        "together": 0,
+        "listen": 24,
+        "start": -9000,
+        "stop": 9000,
+        "step": 100,
+    }
