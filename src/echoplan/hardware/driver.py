@@ -141,7 +141,7 @@ class Device:
             self._counts["interrupted"] += bool(pending)
 
     def move(self) -> bool:
-        """Let the device drive to its next station; False if there is none.
+        """Let the device drive to its next station; False if its wheels did not turn: there is none.
 
         Raises
         ------
@@ -152,7 +152,7 @@ class Device:
         if not records or not isinstance(records[-1], Done):
             remedy = "place the robot by hand and continue with --append"
             raise InputError(self.address, "the connection was lost while the robot moved", remedy=remedy)
-        return len(records) > 1
+        return len({(each.left, each.right) for each in records if isinstance(each, Wheels)}) > 1
 
     def _session(self, command: Sweeps | Move, settings: Mapping[str, int]) -> Iterator[Timed]:
         """Yield the records of a session until it is complete or lost; in the latter case connect again."""
