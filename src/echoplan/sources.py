@@ -7,11 +7,13 @@ from os import PathLike, fspath
 from pathlib import Path
 
 from echoplan.errors import InputError, InvalidValueError, UnknownNameError
+from echoplan.hardware import Device, DeviceSource
 from echoplan.io import (
     RecordingFolder,
     builtin_rig,
     builtin_route,
     builtin_world,
+    read_conventions,
     read_recording,
     read_rig,
     read_route,
@@ -26,6 +28,7 @@ from echoplan.simulation import Simulation, SimulationSettings
 __all__ = [
     "as_source",
     "conventions_of",
+    "device_conventions",
     "find_rig",
     "find_route",
     "find_truth",
@@ -33,9 +36,13 @@ __all__ = [
     "has_rig_file",
     "notes_of",
     "open_source",
+    "rig_name",
     "summary_of_bag",
 ]
 
+_DEVICE_OPTIONS = ("rig", "sweeps")
+# Rigs of devices by their number of sensors.
+_RIGS = {1: "hc-sr04-servo", 4: "rotary-array"}
 _SIMULATION_OPTIONS = ("rig", "route", "seed")
 
 
@@ -46,7 +53,8 @@ def open_source(
 
     ``recording/`` is a folder with ``pings.csv`` and ``rig.toml``.  ``run.bag``, ``run.mcap``, ``run.db3`` and the
     folder of a ROS 2 bag are bags.  ``sim:paper-room`` and ``sim:room.toml`` simulate a world; options follow after
-    commas: ``sim:room.toml,rig=ring-16,route=way.csv,seed=3``.
+    commas: ``sim:room.toml,rig=ring-16,route=way.csv,seed=3``.  ``serial:///dev/ttyUSB0`` and ``tcp://HOST:PORT`` are
+    devices, which make sweeps where they stand: ``tcp://localhost:4000,rig=my-rig.toml,sweeps=2``.
 
     Parameters
     ----------
@@ -69,7 +77,7 @@ def open_source(
     UnknownNameError
         If an option or a built-in name is unknown.
     MissingExtraError
-        If it is a bag, and rosbags is not installed.
+        If it is a bag, and rosbags is not installed, or a device, and pyserial is not.
 
     Examples
     --------
@@ -280,5 +288,77 @@ def _open_simulation(text: str, settings: SimulationSettings | None) -> Source:
     )
 
 
+def _open_device(text: str, _: SimulationSettings | None) -> Source:
+    address, *written = text.split(",")
+    options: dict[str, str] = dict(option.partition("=")[::2] for option in written)
+    for option in options:
+        if option not in _DEVICE_OPTIONS:
+            raise UnknownNameError("option", option, known=_DEVICE_OPTIONS)
+    count = options.get("sweeps", "1")
+    if not re.fullmatch(r"[1-9][0-9]{0,4}", count):
+        problem = f"{reprlib.repr(count)} is not a number of sweeps"
+        raise InputError(text, problem, remedy="write for example sweeps=3")
+    name = options.get("rig", "")
+    with Device(address) as device:
+        rig = find_rig(rig_name(name, device))
+    return DeviceSource(name=address, rig=rig, count=int(count), conventions=device_conventions(name))
+
+
+def rig_name(name: str, device: Device) -> str:
+    """Return the name of a rig; without one, that of the built-in rig with as many sensors as a device.
+
+    Parameters
+    ----------
+    name : str
+        What the user named; may be empty.
+    device : Device
+        The device.
+
+    Returns
+    -------
+    str
+        What ``find_rig`` finds.
+
+    Raises
+    ------
+    InputError
+        If no rig is named, and none fits.
+    """
+    if not name and device.hello.sensors not in _RIGS:
+        problem = f"the mounting of its {device.hello.sensors} sensors is unknown"
+        raise InputError(device.address, problem, remedy="name a rig.toml as the rig")
+    return name or _RIGS[device.hello.sensors]
+
+
+def device_conventions(name: str) -> Conventions:
+    """Return how the servo of a rig counts; SI and REP 103 for a built-in one.
+
+    Parameters
+    ----------
+    name : str
+        The rig; may be empty.
+
+    Returns
+    -------
+    Conventions
+        Those of its file.
+
+    Raises
+    ------
+    InputError
+        If the file states units of ranges or places: a device has none.
+    """
+    conventions = read_conventions(Path(name)) if name and _is_file(name) else Conventions()
+    servo = {each: getattr(conventions, each) for each in ("servo_sign", "servo_offset", "servo_gain")}
+    if conventions != Conventions(**servo):
+        problem = "its [conventions] state units or headings, and devices are recorded in metres and radians"
+        raise InputError(name, problem, remedy="leave only servo_sign, servo_offset and servo_gain in the table")
+    return conventions
+
+
 # By scheme; what has none is the folder of a recording or a bag.
-_OPENERS: Mapping[str, Callable[[str, SimulationSettings | None], Source]] = {"sim:": _open_simulation}
+_OPENERS: Mapping[str, Callable[[str, SimulationSettings | None], Source]] = {
+    "sim:": _open_simulation,
+    "serial:": _open_device,
+    "tcp:": _open_device,
+}

@@ -18,9 +18,6 @@ if TYPE_CHECKING:
 
 __all__ = ["run"]
 
-# What a device measures with if nobody says so, by its number of sensors.
-_RIGS = {1: "hc-sr04-servo", 4: "rotary-array"}
-
 
 def run(
     source: Annotated[
@@ -68,15 +65,12 @@ def run(
 
 def _rig_of(name: str, device: "Device") -> "tuple[Rig, str]":
     """Return a rig and the text of its file: a file is kept as it stands, with the conventions in it."""
-    from echoplan.errors import InputError  # noqa: PLC0415
     from echoplan.io import format_rig  # noqa: PLC0415
     from echoplan.io.files import read_text  # noqa: PLC0415
-    from echoplan.sources import find_rig  # noqa: PLC0415
+    from echoplan.sources import device_conventions, find_rig, rig_name  # noqa: PLC0415
 
-    if not name and device.hello.sensors not in _RIGS:
-        problem = f"the mounting of its {device.hello.sensors} sensors is unknown"
-        raise InputError(device.address, problem, remedy="name a rig.toml by --rig")
-    rig = find_rig(name or _RIGS[device.hello.sensors])
+    device_conventions(name)
+    rig = find_rig(rig_name(name, device))
     return rig, read_text(Path(name)) if Path(name).suffix else format_rig(rig)
 
 

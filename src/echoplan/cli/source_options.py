@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 __all__ = ["SOURCE_HELP", "FieldOption", "MountOption", "OdomOption", "TopicOption", "bag_options", "put_notes"]
 
 _PANEL = "ROS bags"
-SOURCE_HELP = "A recording's folder, a ROS bag, or sim:WORLD."
+SOURCE_HELP = "A recording's folder, a ROS bag, sim:WORLD, or a device: serial:///dev/... or tcp://HOST:PORT."
 
 TopicOption = Annotated[
     list[str] | None,

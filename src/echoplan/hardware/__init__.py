@@ -3,5 +3,6 @@
 from echoplan.hardware.driver import Device, find_device
 from echoplan.hardware.port import is_device, port_names
 from echoplan.hardware.protocol import Echo, Record
+from echoplan.hardware.source import DeviceSource
 
-__all__ = ["Device", "Echo", "Record", "find_device", "is_device", "port_names"]
+__all__ = ["Device", "DeviceSource", "Echo", "Record", "find_device", "is_device", "port_names"]
