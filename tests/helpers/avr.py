@@ -1,0 +1,249 @@
+"""A simulated Arduino Uno that runs the firmware, with ultrasonic sensors whose echoes a function answers."""
+
+import importlib.util
+import os
+import pty
+import shutil
+import subprocess
+import threading
+import time
+import tty
+from collections import Counter, deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+BUILD = Path(__file__).parents[2] / "firmware" / "arduino" / "build"
+MEGAHERTZ = 16
+# An HC-SR04 raises its echo pin this long after the trigger [us], and lowers it after the timeout if no echo comes.
+RESPONSE_US, TIMEOUT_US = 460, 38_000
+# The pins of config.h as the processor names them.
+TRIGGERS = ("PD2", "PD3", "PD4", "PD5")
+ECHOES = ("PC0", "PC1", "PC2", "PC3")
+SERVO = "PB1"
+DISCONNECTED = -1.0
+
+Flight = Callable[[int, float, float], float | None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Answer:
+    """What a sensor answered to a trigger: the last pulse of the servo, the time since the start, the flight [us]."""
+
+    sensor: int
+    pulse_us: float
+    clock_us: float
+    flight_us: float | None
+
+
+def skip_without_compiler() -> None:
+    """Skip a test that builds the firmware where that is not possible."""
+    if shutil.which("avr-g++") is None or not Path("/usr/share/arduino/hardware/arduino/avr").is_dir():
+        pytest.skip("avr-g++ or Arduino's core is missing: apt-get install arduino-core-avr")
+
+
+def skip_without_simulator() -> None:
+    """Skip a test that runs the firmware where that is not possible."""
+    skip_without_compiler()
+    if importlib.util.find_spec("yasimavr") is None:
+        pytest.skip("yasimavr is missing: apt-get install g++ libelf-dev, then install the group 'firmware'")
+
+
+def build(folder: Path, *, name: str = "uno", **changes: object) -> Path:
+    """Build the firmware with changed lines of config.h, and return the program."""
+    command = [str(BUILD), str(folder), *(f"{key}={value}" for key, value in changes.items())]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return (folder / "echohead.elf").rename(folder / f"{name}.elf")
+
+
+class Uno:
+    """A simulated Uno; time passes only in ``run``.
+
+    ``flight(sensor, pulse_us, clock_us)`` answers a trigger, from the last pulse of the servo and the time since the
+    start: a time of flight [us], None if no echo comes, or ``DISCONNECTED``.
+    """
+
+    def __init__(self, program: Path, *, flight: Flight) -> None:
+        import yasimavr.lib.core as core  # noqa: PLC0415 - only here, and where it is installed
+        from yasimavr.device_library import load_device  # noqa: PLC0415
+        from yasimavr.utils.uart import UART_IO  # noqa: PLC0415
+
+        self._core = core
+        self._device = load_device("atmega328p")
+        self._firmware = core.Firmware.read_elf(str(program))
+        self._firmware.frequency = 1_000_000 * MEGAHERTZ
+        self._firmware.vcc = self._firmware.aref = 5.0
+        self._loop = core.SimLoop(self._device)
+        self._loop.set_fast_mode(True)
+        self._device.load_firmware(self._firmware)
+        self._uart = UART_IO(self._device, 0)
+        self._lock = threading.RLock()
+        self._flight = flight
+        self._times = Counter[str]()
+        self._echoes = [_echo_timer(core, self.pin(name)) for name in ECHOES]
+        self._hooks: list[Any] = []
+        self.answers: deque[Answer] = deque()
+        for sensor, name in enumerate(TRIGGERS):
+            self._watch(name, lambda is_high, sensor=sensor: self._trigger(sensor, is_high=is_high))
+        self._watch(SERVO, self._measure_pulse)
+
+    @property
+    def clock_us(self) -> float:
+        """Time since the start [us]."""
+        return float(self._loop.cycle()) / MEGAHERTZ
+
+    @property
+    def pulse_us(self) -> float:
+        """Length of the last pulse of the servo [us]."""
+        return (self._times["pulse end"] - self._times["pulse"]) / MEGAHERTZ
+
+    def pin(self, name: str) -> Any:
+        """Return a pin by the name that the processor has for it."""
+        return self._device.find_pin(name)
+
+    def set_pin(self, name: str, *, is_high: bool) -> None:
+        """Connect a pin to the supply or to the ground."""
+        with self._lock:
+            self.pin(name).set_external_state("H" if is_high else "L")
+
+    def set_voltage(self, name: str, volts: float) -> None:
+        """Connect a pin to a voltage."""
+        with self._lock:
+            self.pin(name).set_external_state("A", volts / 5)
+
+    def run(self, milliseconds: float) -> None:
+        """Let time pass."""
+        with self._lock:
+            self._loop.run(round(1000 * MEGAHERTZ * milliseconds))
+
+    def write(self, data: bytes) -> None:
+        """Send bytes to the serial port; they arrive at its speed."""
+        with self._lock:
+            self._uart.write(data)
+
+    def read(self) -> bytes:
+        """Return the bytes that the serial port has sent."""
+        with self._lock:
+            data: bytes = self._uart.read(self._uart.available())
+            return data
+
+    def reset(self) -> None:
+        """Press the reset button."""
+        with self._lock:
+            self._device.reset(self._core.Device.ResetFlag.Ext)
+
+    def set_clock(self, microseconds: int) -> None:
+        """Set the clock of the firmware."""
+        (symbol,) = (each for each in self._firmware.symbols() if each.name.startswith("timer0_overflow_count"))
+        probe = self._core.DeviceDebugProbe(self._device)
+        # The timer overflows every 1024 us.
+        probe.write_data(symbol.addr, (microseconds // 1024).to_bytes(4, "little"))
+        probe.detach()
+
+    def _watch(self, name: str, call: Callable[[bool], None]) -> None:
+        change = self._core.Pin.SignalId.DigitalChange
+
+        def raised(signal: Any, _: int) -> None:
+            if signal.sigid == change:
+                call(bool(signal.data.as_uint()))
+
+        self._hooks.append(self._core.CallableSignalHook(raised))
+        self.pin(name).signal().connect(self._hooks[-1])
+
+    def _measure_pulse(self, is_high: bool) -> None:
+        if is_high:
+            self._times["pulse start"] = self._loop.cycle()
+        elif self._times["pulse start"]:
+            self._times["pulse"] = self._times["pulse start"]
+            self._times["pulse end"] = self._loop.cycle()
+
+    def _trigger(self, sensor: int, *, is_high: bool) -> None:
+        now, name = self._loop.cycle(), f"trigger {sensor}"
+        if is_high:
+            self._times[name] = now
+        elif self._times[name] and now - self._times[name] >= 9 * MEGAHERTZ and not self._echoes[sensor].is_busy():
+            flight = self._flight(sensor, self.pulse_us, self.clock_us)
+            answer = Answer(sensor=sensor, pulse_us=self.pulse_us, clock_us=self.clock_us, flight_us=flight)
+            self.answers.append(answer)
+            if flight != DISCONNECTED:
+                self._echoes[sensor].start(TIMEOUT_US if flight is None else flight)
+                self._loop.cycle_manager().schedule(self._echoes[sensor], now + RESPONSE_US * MEGAHERTZ)
+
+
+def _echo_timer(core: Any, pin: Any) -> Any:
+    """Return a timer that raises and lowers an echo pin."""
+
+    class EchoTimer(core.CycleTimer):  # type: ignore[misc]
+        def __init__(self) -> None:
+            super().__init__()
+            self._flights: list[float] = []
+            pin.set_external_state("L")
+
+        def is_busy(self) -> bool:
+            return bool(self._flights)
+
+        def start(self, flight_us: float) -> None:
+            self._flights.append(flight_us)
+
+        def next(self, when: int) -> int:
+            """Change the pin, and return when to do so again; 0: never."""
+            is_rising = not pin.digital_state()
+            pin.set_external_state("H" if is_rising else "L")
+            if is_rising:
+                return when + round(self._flights[0] * MEGAHERTZ)
+            self._flights.clear()
+            return 0
+
+    return EchoTimer()
+
+
+@contextmanager
+def serial_port(
+    uno: Uno, *, is_real_time: bool = False, damage: Callable[[bytes], bytes] = bytes
+) -> Iterator[str]:
+    """Let time pass in a thread and connect the serial port of an Uno to a pseudo terminal, whose name is returned.
+
+    Time passes as fast as the computer can; ``damage`` changes the bytes in both directions.
+    """
+    master, slave = pty.openpty()
+    tty.setraw(master)
+    tty.setraw(slave)
+    os.set_blocking(master, False)
+    is_over = threading.Event()
+    with ThreadPoolExecutor(1) as executor:
+        pumping = executor.submit(_pump, uno, master, is_over=is_over, is_real_time=is_real_time, damage=damage)
+        try:
+            yield os.ttyname(slave)
+        finally:
+            is_over.set()
+            pumping.result()
+            os.close(master)
+            os.close(slave)
+
+
+def _pump(
+    uno: Uno, master: int, *, is_over: threading.Event, is_real_time: bool, damage: Callable[[bytes], bytes]
+) -> None:
+    began = time.monotonic() - uno.clock_us / 1e6
+    pending = b""
+    while not is_over.is_set():
+        # A full terminal stops the time of the device rather than losing bytes.
+        if not pending:
+            uno.run(1)
+            pending = damage(uno.read())
+        try:
+            pending = pending[os.write(master, pending) :] if pending else b""
+        except BlockingIOError:
+            time.sleep(0.001)
+        try:
+            uno.write(damage(os.read(master, 256)))
+        except BlockingIOError:
+            pass
+        if is_real_time:
+            time.sleep(max(uno.clock_us / 1e6 - (time.monotonic() - began), 0))
