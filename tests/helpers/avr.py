@@ -25,7 +25,6 @@ RESPONSE_US, TIMEOUT_US = 460, 38_000
 # The pins of config.h as the processor names them.
 TRIGGERS = ("PD2", "PD3", "PD4", "PD5")
 ECHOES = ("PC0", "PC1", "PC2", "PC3")
-SERVO = "PB1"
 DISCONNECTED = -1.0
 
 Flight = Callable[[int, float, float], float | None]
@@ -72,6 +71,7 @@ class Uno:
     def __init__(self, program: Path, *, flight: Flight) -> None:
         import yasimavr.lib.core as core  # noqa: PLC0415 - only here, and where it is installed
         from yasimavr.device_library import load_device  # noqa: PLC0415
+        from yasimavr.lib.arch_avr import ArchAVR_Timer  # noqa: PLC0415
         from yasimavr.utils.uart import UART_IO  # noqa: PLC0415
 
         self._core = core
@@ -88,10 +88,15 @@ class Uno:
         self._times = Counter[str]()
         self._echoes = [_echo_timer(core, self.pin(name)) for name in ECHOES]
         self._hooks: list[Any] = []
+        self._written: deque[bytes] = deque(maxlen=1000)
         self.answers: deque[Answer] = deque()
+        change = core.Pin.SignalId.DigitalChange
         for sensor, name in enumerate(TRIGGERS):
-            self._watch(name, lambda is_high, sensor=sensor: self._trigger(sensor, is_high=is_high))
-        self._watch(SERVO, self._measure_pulse)
+            signal = self.pin(name).signal()
+            self._watch(signal, change, lambda is_high, sensor=sensor: self._trigger(sensor, is_high=is_high))
+        # The simulated timer does not reach the pin: its output A is D9.
+        _, timer = self._device.ctlreq(core.IOCTL_TIMER("_", "1"), core.CTLREQ_GET_SIGNAL)
+        self._watch(timer.data.value(core.Signal), ArchAVR_Timer.SignalId.CompOutput, self._measure_pulse)
 
     @property
     def clock_us(self) -> float:
@@ -125,6 +130,8 @@ class Uno:
     def write(self, data: bytes) -> None:
         """Send bytes to the serial port; they arrive at its speed."""
         with self._lock:
+            # The simulator reads the bytes when they arrive, but does not keep them.
+            self._written.append(data)
             self._uart.write(data)
 
     def read(self) -> bytes:
@@ -146,15 +153,14 @@ class Uno:
         probe.write_data(symbol.addr, (microseconds // 1024).to_bytes(4, "little"))
         probe.detach()
 
-    def _watch(self, name: str, call: Callable[[bool], None]) -> None:
-        change = self._core.Pin.SignalId.DigitalChange
-
-        def raised(signal: Any, _: int) -> None:
-            if signal.sigid == change:
-                call(bool(signal.data.as_uint()))
+    def _watch(self, signal: Any, kind: Any, call: Callable[[bool], None]) -> None:
+        def raised(event: Any, _: int) -> None:
+            # A reset sends an event without a state.
+            if event.sigid == kind and event.data.type() == self._core.vardata_t.Type.Uinteger:
+                call(bool(event.data.as_uint()))
 
         self._hooks.append(self._core.CallableSignalHook(raised))
-        self.pin(name).signal().connect(self._hooks[-1])
+        signal.connect(self._hooks[-1])
 
     def _measure_pulse(self, is_high: bool) -> None:
         if is_high:

@@ -1,6 +1,8 @@
 // Firmware of an ultrasonic head: sensors on a servo that speak the protocol of echoplan (docs/protocol.md).
 // Set up your pins in config.h. For boards with an ATmega328P: Uno, Nano, Pro Mini.
 
+#include <avr/sleep.h>
+
 #include "config.h"
 #include "protocol.h"
 #include "records.h"
@@ -23,7 +25,7 @@ static uint32_t sent_at;  // time of the last line [us]
 static uint8_t listed = SETTINGS;  // settings that the answer to `config` has listed
 
 static const char *capabilities() {
-  const char *all = PSTR("" 
+  const char *all = PSTR(""
 #if SERVO
                          "-servo"
 #endif
@@ -109,8 +111,15 @@ static void write_line() {
   }
 }
 
+// Sleep until the next interrupt: that of the clock comes within 1.024 ms.
+static void sleep_if_idle() {
+  const bool is_sending = line.length() > 0 && Serial.availableForWrite() > 0;
+  if (sweep::is_waiting() && !is_sending && !has_command && listed == SETTINGS && !Serial.available()) sleep_mode();
+}
+
 void setup() {
   Serial.begin(115200);
+  set_sleep_mode(SLEEP_MODE_IDLE);
   settings::begin();
   sensors::begin();
   servo::begin(settings::get(Zero));
@@ -125,4 +134,5 @@ void loop() {
   while (!has_command && Serial.available()) has_command = reader.feed(Serial.read());
   send();
   if (line.length() == 0) write_line();
+  sleep_if_idle();
 }

@@ -20,12 +20,17 @@ constexpr uint16_t SHORTEST_FRAME = 10000;
 static uint16_t current_pulse;
 static enum : uint8_t { Informed, Waiting, Pulsing } state;
 
+#if SERVO
+// The output is high until the timer has passed its compare value.
+static uint16_t compare_value(uint16_t pulse) { return TICKS_PER_MICROSECOND * pulse - 1; }
+#endif
+
 void begin(uint16_t pulse) {
   current_pulse = pulse;
 #if SERVO
   pinMode(SERVO_PIN, OUTPUT);
   ICR1 = FRAME - 1;
-  OCR1A = TICKS_PER_MICROSECOND * pulse;
+  OCR1A = compare_value(pulse);
   TCCR1A = _BV(COM1A1) | _BV(WGM11);
   TCCR1B = _BV(WGM13) | _BV(WGM12) | _BV(CS11);
 #endif
@@ -35,7 +40,7 @@ void turn(uint16_t pulse) {
   if (pulse == current_pulse) return;
   current_pulse = pulse;
 #if SERVO
-  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { OCR1A = TICKS_PER_MICROSECOND * pulse; }
+  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { OCR1A = compare_value(pulse); }
   state = Waiting;
 #endif
 }

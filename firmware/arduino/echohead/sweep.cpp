@@ -198,4 +198,10 @@ void update() {
   }
 }
 
+bool is_waiting() {
+  if (state == Idle || state == Moving || !records::has_room()) return true;
+  const bool is_listening = state == Pinging && triggered == SENSORS;
+  return is_listening || (int32_t)(due_at - micros()) > 2 * 1024;
+}
+
 }  // namespace sweep

@@ -17,5 +17,7 @@ void start_move(uint16_t session);
 void stop(uint16_t session);
 // Do what is due.
 void update();
+// Whether nothing is due within the next millisecond, unless something arrives.
+bool is_waiting();
 
 }  // namespace sweep
