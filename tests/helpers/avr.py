@@ -20,6 +20,8 @@ import pytest
 
 BUILD = Path(__file__).parents[2] / "firmware" / "arduino" / "build"
 MEGAHERTZ = 16
+# Cycles from byte to byte on the serial port.
+FRAME = 1360
 # An HC-SR04 raises its echo pin this long after the trigger [us], and lowers it after the timeout if no echo comes.
 RESPONSE_US, TIMEOUT_US = 460, 38_000
 # The pins of config.h as the processor names them.
@@ -72,7 +74,7 @@ class Uno:
         import yasimavr.lib.core as core  # noqa: PLC0415 - only here, and where it is installed
         from yasimavr.device_library import load_device  # noqa: PLC0415
         from yasimavr.lib.arch_avr import ArchAVR_Timer  # noqa: PLC0415
-        from yasimavr.utils.uart import UART_IO  # noqa: PLC0415
+        from yasimavr.utils.uart import UART, UART_IO  # noqa: PLC0415
 
         self._core = core
         self._device = load_device("atmega328p")
@@ -87,8 +89,9 @@ class Uno:
         self._flight = flight
         self._times = Counter[str]()
         self._echoes = [_echo_timer(core, self.pin(name)) for name in ECHOES]
+        self._to_arrive: deque[int] = deque()
+        self._arrivals = _timer(core, self._deliver)
         self._hooks: list[Any] = []
-        self._written: deque[bytes] = deque(maxlen=1000)
         self.answers: deque[Answer] = deque()
         change = core.Pin.SignalId.DigitalChange
         for sensor, name in enumerate(TRIGGERS):
@@ -97,6 +100,8 @@ class Uno:
         # The simulated timer does not reach the pin: its output A is D9.
         _, timer = self._device.ctlreq(core.IOCTL_TIMER("_", "1"), core.CTLREQ_GET_SIGNAL)
         self._watch(timer.data.value(core.Signal), ArchAVR_Timer.SignalId.CompOutput, self._measure_pulse)
+        _, port = self._device.ctlreq(core.IOCTL_UART("0"), core.CTLREQ_GET_SIGNAL)
+        self._watch(port.data.value(core.Signal), UART.SignalId.TX_Start, self._note_frame)
 
     @property
     def clock_us(self) -> float:
@@ -130,9 +135,9 @@ class Uno:
     def write(self, data: bytes) -> None:
         """Send bytes to the serial port; they arrive at its speed."""
         with self._lock:
-            # The simulator reads the bytes when they arrive, but does not keep them.
-            self._written.append(data)
-            self._uart.write(data)
+            if not self._to_arrive:
+                self._loop.cycle_manager().schedule(self._arrivals, self._loop.cycle() + 1)
+            self._to_arrive.extend(data)
 
     def read(self) -> bytes:
         """Return the bytes that the serial port has sent."""
@@ -169,6 +174,21 @@ class Uno:
             self._times["pulse"] = self._times["pulse start"]
             self._times["pulse end"] = self._loop.cycle()
 
+    def _note_frame(self, _: bool) -> None:
+        self._times["frame"] = self._loop.cycle()
+
+    def _deliver(self, when: int) -> int:
+        """Let the next byte arrive, and return when to call again.
+
+        The simulated port has one register for both directions: a byte that arrives while the firmware writes the next
+        one is lost. The firmware does so at the beginning of a frame.
+        """
+        sent = when - self._times["frame"]
+        if sent < FRAME and not FRAME // 4 < sent < FRAME * 3 // 4:
+            return when + FRAME // 4
+        self._uart.write(self._to_arrive.popleft())
+        return when + FRAME + FRAME // 100 if self._to_arrive else 0
+
     def _trigger(self, sensor: int, *, is_high: bool) -> None:
         now, name = self._loop.cycle(), f"trigger {sensor}"
         if is_high:
@@ -180,6 +200,16 @@ class Uno:
             if flight != DISCONNECTED:
                 self._echoes[sensor].start(TIMEOUT_US if flight is None else flight)
                 self._loop.cycle_manager().schedule(self._echoes[sensor], now + RESPONSE_US * MEGAHERTZ)
+
+
+def _timer(core: Any, call: Callable[[int], int]) -> Any:
+    """Return a timer that calls a function, which returns when to be called again; 0: never."""
+
+    class Timer(core.CycleTimer):  # type: ignore[misc]
+        def next(self, when: int) -> int:
+            return call(when)
+
+    return Timer()
 
 
 def _echo_timer(core: Any, pin: Any) -> Any:

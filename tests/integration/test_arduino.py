@@ -230,7 +230,7 @@ def test_sensors_fire_together(start: Callable[..., Host]) -> None:
     found = echoes(host.until_done())
     steps = [found[at : at + 4] for at in range(0, len(found), 4)]
     assert all(len({(echo.clock, echo.pulse) for echo in step}) == 1 for step in steps)
-    assert all(echo.flight == pytest.approx(1500 + 4 * echo.sensor, abs=16) for echo in found)
+    assert all(echo.flight == pytest.approx(1500 + 4 * echo.sensor, abs=12) for echo in found)
     ends = {answer.sensor: answer.clock_us for answer in host.uno.answers}
     assert max(ends.values()) - min(ends.values()) < 5
 
@@ -406,7 +406,7 @@ def test_a_full_serial_port_does_not_delay_the_pings(start: Callable[..., Host])
     host.send(Sweeps(session=1, count=2))
     records = host.until_done()
     assert is_numbered(records)
-    assert [echo.flight for echo in echoes(records)] == pytest.approx([600] * 56, abs=16)
+    assert [echo.flight for echo in echoes(records)] == pytest.approx([600] * 56, abs=8)
 
 
 def test_the_thermometer_is_reported_after_the_beginning_of_a_sweep(rover: Path) -> None:

@@ -15,17 +15,30 @@ static_assert(sizeof trigger_pins >= SENSORS && sizeof echo_pins >= SENSORS, "ea
 
 enum State : uint8_t { Idle, Triggered, Echoing, Heard, Stuck };
 
+// micros() has steps of 4 us. Timer2 adds half microseconds, of which it counts 256 before it begins again.
+struct Edge {
+  uint32_t time;
+  uint8_t fine;
+};
+
 struct Channel {
   volatile uint8_t *trigger_port;
   uint8_t trigger_mask;
   uint8_t echo_mask;
   volatile State state;
   uint32_t triggered;
-  uint32_t rise;
-  uint32_t fall;
+  Edge rise;
+  Edge fall;
 };
 
 static Channel channels[SENSORS];
+
+// Time from edge to edge [us].
+static uint16_t between(const Edge &rise, const Edge &fall) {
+  const uint32_t steps = 2 * (fall.time - rise.time);
+  const int8_t correction = (uint8_t)(fall.fine - rise.fine) - (uint8_t)steps;
+  return (steps + correction + 1) / 2;
+}
 
 void begin() {
   for (uint8_t i = 0; i < SENSORS; i++) {
@@ -38,17 +51,17 @@ void begin() {
     PCMSK1 |= channel.echo_mask;
   }
   PCICR |= _BV(PCIE1);
+  TCCR2A = 0;
+  TCCR2B = _BV(CS21);  // a tick of half a microsecond
 }
 
 static void set_triggers(uint8_t first, uint8_t last, bool is_high) {
-  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
-    for (uint8_t i = first; i <= last; i++) {
-      if (is_high) {
-        *channels[i].trigger_port |= channels[i].trigger_mask;
-      } else {
-        *channels[i].trigger_port &= ~channels[i].trigger_mask;
-      }
-    }
+  for (uint8_t i = first; i <= last;) {
+    // All triggers on one port change at once.
+    volatile uint8_t *port = channels[i].trigger_port;
+    uint8_t mask = 0;
+    for (; i <= last && channels[i].trigger_port == port; i++) mask |= channels[i].trigger_mask;
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { *port = is_high ? *port | mask : *port & ~mask; }
   }
 }
 
@@ -76,7 +89,7 @@ uint16_t flight(uint8_t sensor) {
   Channel &channel = channels[sensor];
   uint16_t flight = NO_ECHO;
   ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
-    if (channel.state == Heard) flight = channel.fall - channel.rise;
+    if (channel.state == Heard) flight = between(channel.rise, channel.fall);
     if (channel.state == Stuck || channel.state == Triggered) flight = FAULTY_ECHO;
     channel.state = Idle;
   }
@@ -85,18 +98,26 @@ uint16_t flight(uint8_t sensor) {
 
 }  // namespace sensors
 
-// Port C: A0 to A5. It takes a few microseconds, so that echoes at nearly the same time are both timed well.
+// Port C: A0 to A5.
 ISR(PCINT1_vect) {
-  const uint32_t now = micros();
-  const uint8_t pins = PINC;
-  for (sensors::Channel &channel : sensors::channels) {
-    const bool is_high = pins & channel.echo_mask;
-    if (channel.state == sensors::Triggered && is_high) {
-      channel.rise = now;
-      channel.state = sensors::Echoing;
-    } else if (channel.state == sensors::Echoing && !is_high) {
-      channel.fall = now;
-      channel.state = sensors::Heard;
+  static uint8_t last_pins;
+  uint8_t pins = PINC;
+  do {
+    const uint8_t fine = TCNT2, changed = pins ^ last_pins;
+    const sensors::Edge now = {micros(), fine};
+    for (sensors::Channel &channel : sensors::channels) {
+      if (!(changed & channel.echo_mask)) continue;
+      const bool is_high = pins & channel.echo_mask;
+      if (channel.state == sensors::Triggered && is_high) {
+        channel.rise = now;
+        channel.state = sensors::Echoing;
+      } else if (channel.state == sensors::Echoing && !is_high) {
+        channel.fall = now;
+        channel.state = sensors::Heard;
+      }
     }
-  }
+    last_pins = pins;
+    // Another edge may have come meanwhile: leaving and entering the interrupt would take longer.
+    pins = PINC;
+  } while (pins != last_pins);
 }
