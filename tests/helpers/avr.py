@@ -11,8 +11,9 @@ import tty
 from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -56,10 +57,11 @@ def skip_without_simulator() -> None:
 
 
 def build(folder: Path, *, name: str = "uno", **changes: object) -> Path:
-    """Build the firmware with changed lines of config.h, and return the program."""
+    """Build the firmware with changed lines of config.h; return the program, beside which is what the build printed."""
     command = [str(BUILD), str(folder), *(f"{key}={value}" for key, value in changes.items())]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+    (folder / f"{name}.txt").write_text(done.stdout)
     return (folder / "echohead.elf").rename(folder / f"{name}.elf")
 
 
@@ -71,8 +73,8 @@ class Uno:
     """
 
     def __init__(self, program: Path, *, flight: Flight) -> None:
-        import yasimavr.lib.core as core  # noqa: PLC0415 - only here, and where it is installed
-        from yasimavr.device_library import load_device  # noqa: PLC0415
+        from yasimavr.device_library import load_device  # noqa: PLC0415 - only here, and where it is installed
+        from yasimavr.lib import core  # noqa: PLC0415
         from yasimavr.lib.arch_avr import ArchAVR_Timer  # noqa: PLC0415
         from yasimavr.utils.uart import UART, UART_IO  # noqa: PLC0415
 
@@ -88,15 +90,14 @@ class Uno:
         self._lock = threading.RLock()
         self._flight = flight
         self._times = Counter[str]()
-        self._echoes = [_echo_timer(core, self.pin(name)) for name in ECHOES]
+        self._echoes = [_Echo(core, self.pin(name)) for name in ECHOES]
         self._to_arrive: deque[int] = deque()
         self._arrivals = _timer(core, self._deliver)
         self._hooks: list[Any] = []
         self.answers: deque[Answer] = deque()
         change = core.Pin.SignalId.DigitalChange
         for sensor, name in enumerate(TRIGGERS):
-            signal = self.pin(name).signal()
-            self._watch(signal, change, lambda is_high, sensor=sensor: self._trigger(sensor, is_high=is_high))
+            self._watch(self.pin(name).signal(), change, partial(self._trigger, sensor))
         # The simulated timer does not reach the pin: its output A is D9.
         _, timer = self._device.ctlreq(core.IOCTL_TIMER("_", "1"), core.CTLREQ_GET_SIGNAL)
         self._watch(timer.data.value(core.Signal), ArchAVR_Timer.SignalId.CompOutput, self._measure_pulse)
@@ -158,23 +159,23 @@ class Uno:
         probe.write_data(symbol.addr, (microseconds // 1024).to_bytes(4, "little"))
         probe.detach()
 
-    def _watch(self, signal: Any, kind: Any, call: Callable[[bool], None]) -> None:
+    def _watch(self, signal: Any, kind: Any, call: Callable[[int], None]) -> None:
         def raised(event: Any, _: int) -> None:
             # A reset sends an event without a state.
             if event.sigid == kind and event.data.type() == self._core.vardata_t.Type.Uinteger:
-                call(bool(event.data.as_uint()))
+                call(event.data.as_uint())
 
         self._hooks.append(self._core.CallableSignalHook(raised))
         signal.connect(self._hooks[-1])
 
-    def _measure_pulse(self, is_high: bool) -> None:
-        if is_high:
+    def _measure_pulse(self, level: int) -> None:
+        if level:
             self._times["pulse start"] = self._loop.cycle()
         elif self._times["pulse start"]:
             self._times["pulse"] = self._times["pulse start"]
             self._times["pulse end"] = self._loop.cycle()
 
-    def _note_frame(self, _: bool) -> None:
+    def _note_frame(self, _: int) -> None:
         self._times["frame"] = self._loop.cycle()
 
     def _deliver(self, when: int) -> int:
@@ -189,21 +190,47 @@ class Uno:
         self._uart.write(self._to_arrive.popleft())
         return when + FRAME + FRAME // 100 if self._to_arrive else 0
 
-    def _trigger(self, sensor: int, *, is_high: bool) -> None:
-        now, name = self._loop.cycle(), f"trigger {sensor}"
-        if is_high:
+    def _trigger(self, sensor: int, level: int) -> None:
+        now, name, echo = self._loop.cycle(), f"trigger {sensor}", self._echoes[sensor]
+        if level:
             self._times[name] = now
-        elif self._times[name] and now - self._times[name] >= 9 * MEGAHERTZ and not self._echoes[sensor].is_busy():
+        elif self._times[name] and now - self._times[name] >= 9 * MEGAHERTZ and not echo.is_busy:
             flight = self._flight(sensor, self.pulse_us, self.clock_us)
             answer = Answer(sensor=sensor, pulse_us=self.pulse_us, clock_us=self.clock_us, flight_us=flight)
             self.answers.append(answer)
             if flight != DISCONNECTED:
-                self._echoes[sensor].start(TIMEOUT_US if flight is None else flight)
-                self._loop.cycle_manager().schedule(self._echoes[sensor], now + RESPONSE_US * MEGAHERTZ)
+                echo.answer(TIMEOUT_US if flight is None else flight)
+                self._loop.cycle_manager().schedule(echo.timer, now + RESPONSE_US * MEGAHERTZ)
+
+
+class _Echo:
+    """An echo pin, which goes high for the time of flight."""
+
+    def __init__(self, core: Any, pin: Any) -> None:
+        self._pin = pin
+        self._flights: deque[float] = deque()
+        self.timer = _timer(core, self._change)
+        pin.set_external_state("L")
+
+    @property
+    def is_busy(self) -> bool:
+        return bool(self._flights)
+
+    def answer(self, flight_us: float) -> None:
+        """Take the flight for which the pin goes high when the timer runs out."""
+        self._flights.append(flight_us)
+
+    def _change(self, when: int) -> int:
+        is_rising = not self._pin.digital_state()
+        self._pin.set_external_state("H" if is_rising else "L")
+        if is_rising:
+            return when + round(self._flights[0] * MEGAHERTZ)
+        self._flights.clear()
+        return 0
 
 
 def _timer(core: Any, call: Callable[[int], int]) -> Any:
-    """Return a timer that calls a function, which returns when to be called again; 0: never."""
+    """Return a timer that calls a function, which returns when it is to be called again; 0: never."""
 
     class Timer(core.CycleTimer):  # type: ignore[misc]
         def next(self, when: int) -> int:
@@ -212,37 +239,8 @@ def _timer(core: Any, call: Callable[[int], int]) -> Any:
     return Timer()
 
 
-def _echo_timer(core: Any, pin: Any) -> Any:
-    """Return a timer that raises and lowers an echo pin."""
-
-    class EchoTimer(core.CycleTimer):  # type: ignore[misc]
-        def __init__(self) -> None:
-            super().__init__()
-            self._flights: list[float] = []
-            pin.set_external_state("L")
-
-        def is_busy(self) -> bool:
-            return bool(self._flights)
-
-        def start(self, flight_us: float) -> None:
-            self._flights.append(flight_us)
-
-        def next(self, when: int) -> int:
-            """Change the pin, and return when to do so again; 0: never."""
-            is_rising = not pin.digital_state()
-            pin.set_external_state("H" if is_rising else "L")
-            if is_rising:
-                return when + round(self._flights[0] * MEGAHERTZ)
-            self._flights.clear()
-            return 0
-
-    return EchoTimer()
-
-
 @contextmanager
-def serial_port(
-    uno: Uno, *, is_real_time: bool = False, damage: Callable[[bytes], bytes] = bytes
-) -> Iterator[str]:
+def serial_port(uno: Uno, *, is_real_time: bool = False, damage: Callable[[bytes], bytes] = bytes) -> Iterator[str]:
     """Let time pass in a thread and connect the serial port of an Uno to a pseudo terminal, whose name is returned.
 
     Time passes as fast as the computer can; ``damage`` changes the bytes in both directions.
@@ -277,9 +275,7 @@ def _pump(
             pending = pending[os.write(master, pending) :] if pending else b""
         except BlockingIOError:
             time.sleep(0.001)
-        try:
+        with suppress(BlockingIOError):
             uno.write(damage(os.read(master, 256)))
-        except BlockingIOError:
-            pass
         if is_real_time:
             time.sleep(max(uno.clock_us / 1e6 - (time.monotonic() - began), 0))

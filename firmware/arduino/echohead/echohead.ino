@@ -57,7 +57,6 @@ static void change_setting(const Command &command) {
 static void start_session(const Command &command) {
   const bool is_sweep = command.kind == CommandKind::Sweep;
   if (!is_sweep && !WHEELS) return write_refused(line, command.word, PSTR("unknown"));
-  if (command.session == 0) return write_refused(line, command.word, PSTR("range"));
   if (command.session != records::session()) {
     if (is_sweep && !sweep::is_reachable()) return write_refused(line, command.word, PSTR("range"));
     if (is_sweep) {
@@ -72,7 +71,6 @@ static void start_session(const Command &command) {
 static void obey(const Command &command) {
   switch (command.kind) {
     case CommandKind::Damaged: break;
-    case CommandKind::Unknown: write_refused(line, command.word, PSTR("unknown")); break;
     case CommandKind::Hello: greet(); break;
     case CommandKind::Config: listed = 0; break;
     case CommandKind::Set: change_setting(command); break;

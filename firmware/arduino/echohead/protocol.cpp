@@ -101,19 +101,6 @@ bool read_integer(const char *text, int32_t low, int32_t high, int32_t *value) {
   return true;
 }
 
-static bool is_lower_case(const char *text) {
-  const char *at = text;
-  while (*at >= 'a' && *at <= 'z') at++;
-  return *at == 0 && at > text && at - text <= LONGEST_NAME;
-}
-
-static bool read_word(const char *text, uint16_t *value) {
-  uint32_t number;
-  if (!read_natural(text, 0xFFFF, &number)) return false;
-  *value = number;
-  return true;
-}
-
 static bool read_setting(const Fields &fields, Command *command) {
   int32_t value;
   if (!is_name(fields[1]) || !read_integer(fields[2], -9000, 9000, &value)) return false;
@@ -140,27 +127,28 @@ static bool equals_P(const char *text, const char *other) { return strcmp_P(text
 static bool equals_P(const char *text, const char *other) { return strcmp(text, other) == 0; }
 #endif
 
+static bool read_session(const Fields &fields, Command *command) {
+  uint32_t number;
+  if (!read_natural(fields[1], 0xFFFF, &number)) return false;
+  command->session = number;
+  return number > 0 || command->kind == CommandKind::Ping;
+}
+
 Command read_command(char *payload) {
   const Fields fields(payload);
   Command command;
   command.word = fields[0];
-  if (!is_lower_case(command.word)) return command;
-  command.kind = CommandKind::Unknown;
-  uint8_t expected = 0;
   for (const Form &form : FORMS) {
-    if (equals_P(command.word, form.word)) {
+    if (fields.count() == pgm_read_byte(&form.fields) && equals_P(command.word, form.word)) {
       command.kind = (CommandKind)pgm_read_byte(&form.kind);
-      expected = pgm_read_byte(&form.fields);
     }
   }
-  if (command.kind == CommandKind::Unknown) return command;
-  bool is_sound = fields.count() == expected;
-  if (is_sound && command.kind == CommandKind::Set) {
+  bool is_sound = true;
+  if (command.kind == CommandKind::Set) {
     is_sound = read_setting(fields, &command);
-  } else if (is_sound && expected > 1) {
+  } else if (fields.count() > 1) {
     const uint32_t high = command.kind == CommandKind::Ack ? 0xFFFFFFFF : 0xFFFF;
-    is_sound = read_word(fields[1], &command.session) &&
-               (expected == 2 || read_natural(fields[2], high, &command.argument));
+    is_sound = read_session(fields, &command) && (fields.count() == 2 || read_natural(fields[2], high, &command.argument));
   }
   if (!is_sound) command.kind = CommandKind::Damaged;
   return command;

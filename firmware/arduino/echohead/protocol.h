@@ -54,7 +54,7 @@ bool is_name(const char *text);
 bool read_integer(const char *text, int32_t low, int32_t high, int32_t *value);
 bool read_natural(const char *text, uint32_t high, uint32_t *value);
 
-enum class CommandKind : uint8_t { Damaged, Unknown, Hello, Config, Set, Ping, Sweep, Stop, Move, Ack };
+enum class CommandKind : uint8_t { Damaged, Hello, Config, Set, Ping, Sweep, Stop, Move, Ack };
 
 struct Command {
   CommandKind kind = CommandKind::Damaged;

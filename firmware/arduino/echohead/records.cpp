@@ -12,18 +12,19 @@ constexpr uint32_t PATIENCE = 50000;  // us
 
 static Record queue[CAPACITY];
 static uint16_t current_session;
+static uint8_t window;  // that of the settings when the session began
 // Numbers of records: the first that is kept, the next to send, and the next to make.
 static uint32_t first, unsent, next;
 
 void start(uint16_t session) {
   current_session = session;
+  window = settings::get(Window);
   first = unsent = next = 0;
 }
 
 uint16_t session() { return current_session; }
 
 bool has_room() {
-  const uint8_t window = settings::get(Window);
   return next - first < (window ? window : MOST_UNACKNOWLEDGED);
 }
 
@@ -41,7 +42,7 @@ void acknowledge(uint16_t session, uint32_t number) {
 }
 
 bool write_next(LineWriter &line, uint32_t silence) {
-  if (settings::get(Window) == 0) first = unsent;  // nothing is repeated
+  if (window == 0) first = unsent;  // nothing is repeated
   if (unsent == next) {
     if (first == next || silence < PATIENCE) return false;
     unsent = first;

@@ -17,7 +17,7 @@ constexpr uint32_t WHEELS_PERIOD = 50000;  // us
 static enum : uint8_t { Idle, Settling, Pinging, Moving } state;
 static bool is_stopping;
 static uint16_t count, number;  // sweeps to make, and number of the current one
-static int16_t angle;           // 0.01 degrees
+static uint16_t step;           // within the sweep
 static uint32_t due_at;         // of the next trigger or the next sweep [us]
 static uint32_t step_began_at;
 static uint8_t triggered, reported;  // sensors in the current step
@@ -38,7 +38,24 @@ static bool is_due() {
 
 static bool is_odd() { return number & 1; }
 
-static int16_t last_angle() { return settings::get(is_odd() ? Start : Stop); }
+// Number of the last step: the servo turns by whole steps, and to the last angle only if it is one of them.
+static uint16_t last_step() {
+#if SERVO
+  return ((int32_t)settings::get(Stop) - settings::get(Start)) / settings::get(Step);
+#else
+  return 0;
+#endif
+}
+
+// Angle of the current step [0.01 degrees].
+static int16_t angle() {
+#if SERVO
+  const uint16_t steps = is_odd() ? last_step() - step : step;
+  return settings::get(Start) + (int32_t)steps * settings::get(Step);
+#else
+  return 0;
+#endif
+}
 
 static int16_t pulse_at(int16_t angle) {
   const int32_t turned = (int32_t)settings::get(Gain) * angle;
@@ -54,7 +71,7 @@ bool is_reachable() {
 #endif
 }
 
-bool is_busy() { return state == Settling || state == Pinging; }
+bool is_busy() { return state != Idle; }
 
 static void add_wheels() {
 #if WHEELS
@@ -76,11 +93,11 @@ static void add_wheels_if_due() {
 // Turn the servo to the beginning of a sweep, and let it settle if it jumps.
 static void approach() {
   state = Settling;
+  step = 0;
   triggered = reported = 0;
 #if SERVO
-  angle = settings::get(is_odd() ? Stop : Start);
   const uint16_t before = servo::pulse();
-  servo::turn(pulse_at(angle));
+  servo::turn(pulse_at(angle()));
   if (servo::pulse() != before) due_at = micros() + microseconds(Settle);
 #endif
 }
@@ -135,28 +152,21 @@ static void end_sweep() {
   }
 }
 
-// After the pings of a step, so that the servo has the rest of the dwell to turn.
+// After the pings of a step the servo turns, so that it has the rest of the dwell for it.
 static void end_step() {
-  due_at = step_began_at + microseconds(Dwell);
+  const uint32_t dwelt_at = step_began_at + microseconds(Dwell);
+  // The guard time lasts beyond the step.
+  if (settings::get(Together) || (int32_t)(dwelt_at - due_at) > 0) due_at = dwelt_at;
+  if (step == last_step()) return end_sweep();
+  step++;
+  triggered = reported = 0;
 #if SERVO
-  const int16_t last = last_angle();
-  if (angle != last) {
-    const int16_t step = settings::get(Step);
-    if (abs(last - angle) <= step) {
-      angle = last;
-    } else {
-      angle += is_odd() ? -step : step;
-    }
-    servo::turn(pulse_at(angle));
-    triggered = reported = 0;
-    return;
-  }
+  servo::turn(pulse_at(angle()));
 #endif
-  end_sweep();
 }
 
 static void trigger_if_due() {
-  if (!servo::is_informed() || !is_due()) return;
+  if (triggered != reported || !servo::is_informed() || !is_due()) return;
   const uint8_t last = settings::get(Together) ? SENSORS - 1 : triggered;
   const uint32_t now = sensors::trigger(triggered, last);
   if (triggered == 0) step_began_at = now;
@@ -172,7 +182,7 @@ static void report_echoes() {
     const uint16_t pulse = 0;
 #endif
     records::add(RecordKind::Echo, sensors::triggered_at(reported)).ping = {
-        reported, pulse, angle, sensors::flight(reported)};
+        reported, pulse, angle(), sensors::flight(reported)};
     reported++;
   }
 }
@@ -181,7 +191,7 @@ void update() {
   if (state == Idle) return;
   if (state == Pinging) report_echoes();
   if (is_stopping && triggered == reported) {
-    add_wheels();
+    if (state == Moving) add_wheels();
     end_session();
     return;
   }
@@ -200,8 +210,7 @@ void update() {
 
 bool is_waiting() {
   if (state == Idle || state == Moving || !records::has_room()) return true;
-  const bool is_listening = state == Pinging && triggered == SENSORS;
-  return is_listening || (int32_t)(due_at - micros()) > 2 * 1024;
+  return triggered != reported || (int32_t)(due_at - micros()) > 2 * 1024;
 }
 
 }  // namespace sweep

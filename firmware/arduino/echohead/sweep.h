@@ -5,7 +5,7 @@
 
 namespace sweep {
 
-// Whether pings are being made: settings must not change.
+// Whether a session is running: settings must not change.
 bool is_busy();
 // Whether the servo can reach both ends of a sweep.
 bool is_reachable();

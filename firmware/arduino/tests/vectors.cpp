@@ -11,7 +11,7 @@
 
 using std::string;
 
-// Read the text of a field; false if it is out of bounds.
+// Read a field into a variable of any type; false if it is out of bounds.
 template <typename T>
 bool natural(const char *text, uint32_t high, T *value) {
   uint32_t number = 0;
@@ -31,7 +31,7 @@ bool integer(const char *text, int32_t low, int32_t high, T *value) {
 static string command_again(char *payload) {
   const Command command = read_command(payload);
   LineWriter line;
-  if (command.kind == CommandKind::Damaged || command.kind == CommandKind::Unknown) return "-";
+  if (command.kind == CommandKind::Damaged) return "-";
   line.begin(command.word);
   if (command.kind == CommandKind::Set) {
     line.name(command.name);
