@@ -247,6 +247,21 @@ def test_faulty_and_silent_sensors_are_told_apart(start: Callable[..., Host]) ->
     assert [echo.flight for echo in found if echo.sensor] == [0, -1, -1] * 2
 
 
+def test_a_sensor_that_detects_nothing_has_time_to_recover(start: Callable[..., Host]) -> None:
+    # Its echo pin is high for 38 ms, and it ignores triggers meanwhile.
+    host = start(lambda sensor, *_: None if sensor == 2 else 600.0, **QUICK | {"together": 1})
+    host.send(Sweeps(session=1, count=1))
+    found = echoes(host.until_done())
+    assert [echo.flight for echo in found if echo.sensor == 2] == [0] * 7
+    assert len(host.uno.answers) == 28
+    # One whose pin never goes low again takes that time once.
+    host = start(lambda sensor, *_: 1e9 if sensor == 2 else 600.0, **QUICK | {"together": 1})
+    host.send(Sweeps(session=1, count=1))
+    found = echoes(host.until_done())
+    assert [echo.flight for echo in found if echo.sensor == 2] == [0, *[-1] * 6]
+    assert found[-1].clock - found[0].clock < 300_000
+
+
 def test_settings_are_kept_and_refused_by_the_rules(start: Callable[..., Host]) -> None:
     host = start()
     assert host.ask(Config(), wait=80) == [Value(name=name, value=value) for name, value in DEFAULTS.items()]

@@ -34,6 +34,6 @@
 #define DEFAULT_TOGETHER 0
 #define DEFAULT_SETTLE 500
 #define DEFAULT_LISTEN 25
-#define DEFAULT_TICK 0
-#define DEFAULT_BASE 0
+#define DEFAULT_TICK 0  // way of a wheel from count to count [um]
+#define DEFAULT_BASE 0  // distance between the wheels [0.1 mm]
 #define DEFAULT_WINDOW 0

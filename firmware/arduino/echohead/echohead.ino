@@ -17,6 +17,18 @@ static_assert(F_CPU == 16000000L, "the servo is timed for a board with 16 MHz");
 static const char FIRMWARE[] PROGMEM = "0.1.0";
 static const char BOARD_NAME[] PROGMEM = BOARD;
 
+static const char CAPABILITIES[] PROGMEM = ""
+#if SERVO
+    "-servo"
+#endif
+#if THERMOMETER
+    "-air"
+#endif
+#if WHEELS
+    "-wheels"
+#endif
+    ;
+
 static LineReader reader;
 static bool has_command = false;  // in the reader, to be obeyed when the line before is sent
 static LineWriter line;
@@ -24,22 +36,10 @@ static uint8_t sent = 0;  // bytes of the line
 static uint32_t sent_at;  // time of the last line [us]
 static uint8_t listed = SETTINGS;  // settings that the answer to `config` has listed
 
-static const char *capabilities() {
-  const char *all = PSTR(""
-#if SERVO
-                         "-servo"
-#endif
-#if THERMOMETER
-                         "-air"
-#endif
-#if WHEELS
-                         "-wheels"
-#endif
-  );
-  return pgm_read_byte(all) ? all + 1 : PSTR("none");
+static void greet() {
+  const char *capabilities = sizeof CAPABILITIES > 1 ? CAPABILITIES + 1 : PSTR("none");
+  write_hello(line, FIRMWARE, BOARD_NAME, SENSORS, records::MOST_UNACKNOWLEDGED, capabilities);
 }
-
-static void greet() { write_hello(line, FIRMWARE, BOARD_NAME, SENSORS, records::MOST_UNACKNOWLEDGED, capabilities()); }
 
 static void change_setting(const Command &command) {
   const Setting setting = settings::find(command.name);

@@ -8,12 +8,21 @@
 
 namespace sensors {
 
-static const uint8_t trigger_pins[] = {TRIGGER_PINS};
-static const uint8_t echo_pins[] = {ECHO_PINS};
+constexpr uint8_t trigger_pins[] = {TRIGGER_PINS};
+constexpr uint8_t echo_pins[] = {ECHO_PINS};
 static_assert(SENSORS >= 1 && SENSORS <= 4, "1 to 4 sensors");
 static_assert(sizeof trigger_pins >= SENSORS && sizeof echo_pins >= SENSORS, "each sensor has two pins");
 
-enum State : uint8_t { Idle, Triggered, Echoing, Heard, Stuck };
+constexpr bool are_on_port_c(uint8_t i = 0) {
+  return i == SENSORS || (echo_pins[i] >= A0 && echo_pins[i] <= A5 && are_on_port_c(i + 1));
+}
+static_assert(are_on_port_c(), "the echo pins are among A0 to A5");
+
+// A sensor that detects no echo keeps its echo pin high for 38 ms, some kinds for 200 ms, and ignores triggers.
+constexpr uint32_t LONGEST_RECOVERY = 200000;  // us
+
+// Late: the ping was reported without an echo, but the pin is high.
+enum State : uint8_t { Idle, Triggered, Echoing, Heard, Stuck, Late };
 
 // micros() has steps of 4 us. Timer2 adds half microseconds, of which it counts 256 before it begins again.
 struct Edge {
@@ -65,6 +74,11 @@ static void set_triggers(uint8_t first, uint8_t last, bool is_high) {
   }
 }
 
+bool is_ready(uint8_t sensor) {
+  const Channel &channel = channels[sensor];
+  return channel.state != Late || !(PINC & channel.echo_mask) || micros() - channel.triggered >= LONGEST_RECOVERY;
+}
+
 uint32_t trigger(uint8_t first, uint8_t last) {
   const uint32_t now = micros();
   for (uint8_t i = first; i <= last; i++) {
@@ -91,7 +105,7 @@ uint16_t flight(uint8_t sensor) {
   ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
     if (channel.state == Heard) flight = between(channel.rise, channel.fall);
     if (channel.state == Stuck || channel.state == Triggered) flight = FAULTY_ECHO;
-    channel.state = Idle;
+    channel.state = channel.state == Echoing ? Late : Idle;
   }
   return flight;
 }

@@ -6,6 +6,8 @@
 namespace sensors {
 
 void begin();
+// False while a sensor that detected no echo has not recovered.
+bool is_ready(uint8_t sensor);
 // Trigger sensors `first` to `last` at once; returns the time of the trigger [us].
 uint32_t trigger(uint8_t first, uint8_t last);
 // Whether the ping of a sensor is over: its echo came, or `listen` has passed since the trigger.

@@ -168,6 +168,9 @@ static void end_step() {
 static void trigger_if_due() {
   if (triggered != reported || !servo::is_informed() || !is_due()) return;
   const uint8_t last = settings::get(Together) ? SENSORS - 1 : triggered;
+  for (uint8_t i = triggered; i <= last; i++) {
+    if (!sensors::is_ready(i)) return;
+  }
   const uint32_t now = sensors::trigger(triggered, last);
   if (triggered == 0) step_began_at = now;
   triggered = last + 1;

@@ -9,9 +9,12 @@ namespace wheels {
 
 #if WHEELS
 
-static const uint8_t left_pins[] = {LEFT_WHEEL_PINS};
-static const uint8_t right_pins[] = {RIGHT_WHEEL_PINS};
+constexpr uint8_t left_pins[] = {LEFT_WHEEL_PINS};
+constexpr uint8_t right_pins[] = {RIGHT_WHEEL_PINS};
 static_assert(sizeof left_pins >= WHEELS && sizeof right_pins >= WHEELS, "a wheel has a pin for each channel");
+static_assert(left_pins[0] <= 7 && left_pins[WHEELS - 1] <= 7, "the left wheel is on D0 to D7");
+static_assert(right_pins[0] >= 8 && right_pins[0] <= 13 && right_pins[WHEELS - 1] >= 8 && right_pins[WHEELS - 1] <= 13,
+              "the right wheel is on D8 to D13");
 
 struct Encoder {
   volatile uint8_t *port;
