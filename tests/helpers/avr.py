@@ -94,6 +94,7 @@ class Uno:
         self._to_arrive: deque[int] = deque()
         self._arrivals = _timer(core, self._deliver)
         self._hooks: list[Any] = []
+        self._errors: deque[Exception] = deque()
         self.answers: deque[Answer] = deque()
         change = core.Pin.SignalId.DigitalChange
         for sensor, name in enumerate(TRIGGERS):
@@ -131,7 +132,9 @@ class Uno:
     def run(self, milliseconds: float) -> None:
         """Let time pass."""
         with self._lock:
-            self._loop.run(round(1000 * MEGAHERTZ * milliseconds))
+            self._loop.run(max(round(1000 * MEGAHERTZ * milliseconds), 1))
+        if self._errors:
+            raise self._errors.popleft()
 
     def write(self, data: bytes) -> None:
         """Send bytes to the serial port; they arrive at its speed."""
@@ -154,16 +157,20 @@ class Uno:
     def set_clock(self, microseconds: int) -> None:
         """Set the clock of the firmware."""
         (symbol,) = (each for each in self._firmware.symbols() if each.name.startswith("timer0_overflow_count"))
-        probe = self._core.DeviceDebugProbe(self._device)
-        # The timer overflows every 1024 us.
-        probe.write_data(symbol.addr, (microseconds // 1024).to_bytes(4, "little"))
-        probe.detach()
+        with self._lock:
+            probe = self._core.DeviceDebugProbe(self._device)
+            # The timer overflows every 1024 us.
+            probe.write_data(symbol.addr, (microseconds // 1024).to_bytes(4, "little"))
+            probe.detach()
 
     def _watch(self, signal: Any, kind: Any, call: Callable[[int], None]) -> None:
         def raised(event: Any, _: int) -> None:
             # A reset sends an event without a state.
             if event.sigid == kind and event.data.type() == self._core.vardata_t.Type.Uinteger:
-                call(event.data.as_uint())
+                try:
+                    call(event.data.as_uint())
+                except Exception as error:  # noqa: BLE001 - the simulator would end the program: ``run`` raises it
+                    self._errors.append(error)
 
         self._hooks.append(self._core.CallableSignalHook(raised))
         signal.connect(self._hooks[-1])

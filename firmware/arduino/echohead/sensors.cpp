@@ -21,8 +21,7 @@ static_assert(are_on_port_c(), "the echo pins are among A0 to A5");
 // A sensor that detects no echo keeps its echo pin high for 38 ms, some kinds for 200 ms, and ignores triggers.
 constexpr uint32_t LONGEST_RECOVERY = 200000;  // us
 
-// Late: the ping was reported without an echo, but the pin is high.
-enum State : uint8_t { Idle, Triggered, Echoing, Heard, Stuck, Late };
+enum State : uint8_t { Idle, Triggered, Echoing, Heard, Stuck };
 
 // micros() has steps of 4 us. Timer2 adds half microseconds, of which it counts 256 before it begins again.
 struct Edge {
@@ -76,7 +75,8 @@ static void set_triggers(uint8_t first, uint8_t last, bool is_high) {
 
 bool is_ready(uint8_t sensor) {
   const Channel &channel = channels[sensor];
-  return channel.state != Late || !(PINC & channel.echo_mask) || micros() - channel.triggered >= LONGEST_RECOVERY;
+  const bool is_low = !(PINC & channel.echo_mask);
+  return is_low || channel.state == Stuck || micros() - channel.triggered >= LONGEST_RECOVERY;
 }
 
 uint32_t trigger(uint8_t first, uint8_t last) {
@@ -105,7 +105,7 @@ uint16_t flight(uint8_t sensor) {
   ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
     if (channel.state == Heard) flight = between(channel.rise, channel.fall);
     if (channel.state == Stuck || channel.state == Triggered) flight = FAULTY_ECHO;
-    channel.state = channel.state == Echoing ? Late : Idle;
+    if (channel.state != Stuck) channel.state = Idle;
   }
   return flight;
 }

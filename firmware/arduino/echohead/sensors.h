@@ -6,7 +6,7 @@
 namespace sensors {
 
 void begin();
-// False while a sensor that detected no echo has not recovered.
+// False while a sensor may still recover from its last ping.
 bool is_ready(uint8_t sensor);
 // Trigger sensors `first` to `last` at once; returns the time of the trigger [us].
 uint32_t trigger(uint8_t first, uint8_t last);

@@ -198,11 +198,8 @@ void update() {
     end_session();
     return;
   }
-  if (state == Settling) {
-    if (is_due()) begin_sweep();
-    return;
-  }
   add_wheels_if_due();
+  if (state == Settling && is_due()) begin_sweep();
   if (state != Pinging) return;
   if (triggered < SENSORS) {
     trigger_if_due();
