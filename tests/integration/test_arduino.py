@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from echoplan.hardware.head import Board, Head
 from echoplan.hardware.protocol import (
     Accepted,
     Ack,
@@ -203,6 +204,30 @@ def test_sweeps_go_to_and_fro_and_the_servo_has_its_pulse_before_each_ping(start
     for echo, answer in zip(echoes(records), host.uno.answers, strict=True):
         assert echo.pulse == pytest.approx(1450 - 900 * echo.angle / 9000, abs=0.51)
         assert answer.pulse_us == pytest.approx(echo.pulse, abs=0.6)
+
+
+def test_it_makes_the_same_pings_as_the_python_program(start: Callable[..., Host]) -> None:
+    settings = QUICK | {"start": -95, "stop": 155, "step": 45, "gain": 100}
+
+    class Sonar(Board):
+        sensors = 4
+        capabilities = ("servo",)
+
+        def flights(self) -> list[int]:
+            return [600]
+
+    head = Head(Sonar())
+    commands = [*(Set(name=name, value=value) for name, value in settings.items()), Sweeps(session=1, count=2)]
+    head.receive(b"".join(map(encode, commands)))
+    decoder = Decoder()
+    expected = echoes([each for ms in range(900) for each in decoder.feed(head.advance(1000 * ms))])
+    host = start(**settings)
+    host.send(Sweeps(session=1, count=2))
+    found = echoes(host.until_done())
+    assert len(found) == 48
+    assert [(echo.number, echo.sensor, echo.pulse, echo.angle) for echo in found] == [
+        (echo.number, echo.sensor, echo.pulse, echo.angle) for echo in expected
+    ]
 
 
 def test_the_servo_settles_after_a_jump_and_keeps_the_dwell(start: Callable[..., Host]) -> None:

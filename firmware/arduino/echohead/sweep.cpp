@@ -58,8 +58,9 @@ static int16_t angle() {
 }
 
 static int16_t pulse_at(int16_t angle) {
-  const int32_t turned = (int32_t)settings::get(Gain) * angle;
-  return settings::get(Zero) + (turned + (turned < 0 ? -4500 : 4500)) / 9000;
+  // Rounded to the nearest: the quotient of a negative number would be rounded towards zero.
+  const int32_t turned = (int32_t)settings::get(Gain) * angle + 4500;
+  return settings::get(Zero) + turned / 9000 - (turned % 9000 < 0);
 }
 
 bool is_reachable() {
