@@ -41,7 +41,7 @@ pictures: $(STAMPS)/base ## Draw the pictures of the documents
 	@$(BIN)/python docs/pictures.py
 
 constraints: $(STAMPS)/tools ## Pin the newest versions that the ranges allow
-	$(BIN)/uv pip compile --quiet --universal --no-header --no-annotate --upgrade --all-extras --group dev \
+	$(BIN)/uv pip compile --quiet --universal --no-header --no-annotate --upgrade --all-extras --group dev --group firmware \
 	    --python-version 3.11 pyproject.toml --output-file constraints.txt
 
 clean: ## Remove everything that was made
