@@ -71,6 +71,10 @@ class Board:
     def servo(self, pulse_us: int) -> None:
         """Turn the servo."""
 
+    def recovering(self) -> list[int]:
+        """Return the sensors that cannot be triggered yet: after no echo, some keep their pins high for a while."""
+        return []
+
     def fire(self, sensors: list[int], listen_us: int) -> None:
         """Trigger sensors at once, and listen so long."""
 
@@ -156,11 +160,6 @@ class Head:
         """Number of lines that were dropped."""
         return self._state["damaged"]
 
-    @property
-    def session(self) -> int:
-        """The current session; 0: none since the reset."""
-        return self._state["session"]
-
     def receive(self, data: bytes) -> None:
         """Take bytes of the host; the answers come with the next ``advance``."""
         lines = (self._partial[0] + data).split(b"\n")
@@ -205,9 +204,8 @@ class Head:
             self._record("done", state["clock"])
 
     def _greet(self) -> None:
-        board = self.board
-        capabilities = "-".join(board.capabilities) or "none"
-        self._send(f"hello,1,{FIRMWARE},{board.name},{board.sensors},{board.window},{capabilities}")
+        board, words = self.board, "-".join(self.board.capabilities) or "none"
+        self._send(f"hello,1,{FIRMWARE},{board.name},{board.sensors},{board.window},{words}")
 
     def _answer(self, fields: list[str]) -> None:
         """Obey a command."""
@@ -303,7 +301,7 @@ class Head:
             yield from self._wait(due)
             self._record("begin", state["clock"], sweep)
             if self._has("air"):
-                self._record("air", state["clock"], self.board.temperature())
+                self._record("air", state["clock"], min(max(self.board.temperature(), -5500), 12500))
             self._report_wheels()
             for place, angle in enumerate(angles):
                 yield from self._wait(due)
@@ -317,12 +315,13 @@ class Head:
 
     def _step(self, angle: int) -> "Generator[bool, None, int]":
         """Fire every sensor once, and return from when on the next may fire."""
-        state, settings = self._state, self.settings
-        every = list(range(self.board.sensors))
+        state, settings, every = self._state, self.settings, list(range(self.board.sensors))
         pulse = self._pulse_of(angle) if self._has("servo") else 0
         due = 0
         for sensors in [every] if settings["together"] else [[sensor] for sensor in every]:
             yield from self._wait(due)
+            while set(sensors) & set(self.board.recovering()):
+                yield True
             fired = state["clock"]
             self.board.fire(sensors, 1000 * settings["listen"])
             flights = None
@@ -330,7 +329,9 @@ class Head:
                 yield False
                 flights = self.board.flights()
             for place, sensor in enumerate(sensors):
-                self._record("echo", fired, sensor, pulse, angle, flights[place])
+                # A board that was held up may time an echo too late.
+                flight = flights[place] if flights[place] <= 1000 * settings["listen"] else 0
+                self._record("echo", fired, sensor, pulse, angle, flight)
             due = 0 if settings["together"] else fired + 1000 * settings["guard"]
         return due
 
@@ -359,10 +360,9 @@ class Head:
         """Turn the servo, and return whether it stood elsewhere."""
         if not self._has("servo"):
             return False
-        pulse, before = self._pulse_of(angle), self._state["pulse"]
-        self.board.servo(pulse)
-        self._state["pulse"] = pulse
-        return pulse != before
+        before, self._state["pulse"] = self._state["pulse"], self._pulse_of(angle)
+        self.board.servo(self._state["pulse"])
+        return self._state["pulse"] != before
 
     def _pulse_of(self, angle: int) -> int:
         """Pulse of the servo at an angle [us], rounded to the nearest."""
@@ -380,9 +380,10 @@ class Head:
         """Report the wheels if there are any."""
         state = self._state
         if self._has("wheels"):
-            left, right = self.board.wheels()
-            state["left"], state["right"], state["turned"] = left, right, state["clock"]
-            self._record("wheels", state["clock"], left, right)
+            state["left"], state["right"] = self.board.wheels()
+            state["turned"] = state["clock"]
+            signed = [(state[side] + 2147483648) % 4294967296 - 2147483648 for side in ("left", "right")]
+            self._record("wheels", state["clock"], *signed)
 
     def _record(self, word: str, clock: int, *fields: int) -> None:
         state = self._state
