@@ -86,7 +86,7 @@ class Host:
             assert self.ask(Set(name=name, value=value), wait=7) == [Value(name=name, value=value)]
 
     def until_done(self, *, limit: float = 3000, acknowledge: int = 0) -> list[Record]:
-        """Return the records of a session; acknowledge them all every so many milliseconds."""
+        """Return the records of a job; acknowledge them all every so many milliseconds."""
         records: list[Record] = []
         waited = 0.0
         while not (records and isinstance(records[-1], Done)):
@@ -96,7 +96,7 @@ class Host:
                 if isinstance(message, Record) and message.number == len(records):
                     records.append(message)
             if acknowledge and records:
-                self.uno.write(encode(Ack(session=records[-1].session, next=len(records))))
+                self.uno.write(encode(Ack(job=records[-1].job, next=len(records))))
             waited += slice_ms
         return records
 
@@ -171,14 +171,14 @@ def test_the_device_introduces_itself_after_a_reset_and_when_asked(start: Callab
     assert host.ask(Identify()) == [hello]
     (pong,) = host.ask(Ping(token=77))
     assert isinstance(pong, Pong)
-    assert (pong.token, pong.session) == (77, 0)
+    assert (pong.token, pong.job) == (77, 0)
     assert pong.clock == pytest.approx(host.uno.clock_us, abs=20_000)
 
 
 def test_flights_are_as_answered_and_times_are_those_of_the_triggers(start: Callable[..., Host]) -> None:
     rng = random.Random(1)
     host = start(lambda *_: rng.uniform(150, 23_000), **QUICK | {"listen": 25, "dwell": 25, "guard": 24})
-    host.send(Sweeps(session=1, count=1))
+    host.send(Sweeps(job=1, count=1))
     found = echoes(host.until_done())
     assert len(found) == len(host.uno.answers) == 28
     for echo, answer in zip(found, host.uno.answers, strict=True):
@@ -191,7 +191,7 @@ def test_flights_are_as_answered_and_times_are_those_of_the_triggers(start: Call
 def test_sweeps_go_to_and_fro_and_the_servo_has_its_pulse_before_each_ping(start: Callable[..., Host]) -> None:
     settings = QUICK | {"start": -1000, "stop": 850, "step": 400, "zero": 1450, "gain": -900, "together": 1}
     host = start(lambda sensor, *_: 300.0 + sensor, **settings)
-    host.send(Sweeps(session=9, count=3))
+    host.send(Sweeps(job=9, count=3))
     records = host.until_done()
     assert is_numbered(records)
     assert [type(record).__name__ for record in records if not isinstance(record, Echo)] == [
@@ -217,12 +217,12 @@ def test_it_makes_the_same_pings_as_the_python_program(start: Callable[..., Host
             return [600]
 
     head = Head(Sonar())
-    commands = [*(Set(name=name, value=value) for name, value in settings.items()), Sweeps(session=1, count=2)]
+    commands = [*(Set(name=name, value=value) for name, value in settings.items()), Sweeps(job=1, count=2)]
     head.receive(b"".join(map(encode, commands)))
     decoder = Decoder()
     expected = echoes([each for ms in range(900) for each in decoder.feed(head.advance(1000 * ms))])
     host = start(**settings)
-    host.send(Sweeps(session=1, count=2))
+    host.send(Sweeps(job=1, count=2))
     found = echoes(host.until_done())
     assert len(found) == 48
     assert [(echo.number, echo.sensor, echo.pulse, echo.angle) for echo in found] == [
@@ -233,7 +233,7 @@ def test_it_makes_the_same_pings_as_the_python_program(start: Callable[..., Host
 def test_the_servo_settles_after_a_jump_and_keeps_the_dwell(start: Callable[..., Host]) -> None:
     host = start(**QUICK | {"together": 1, "settle": 200, "dwell": 40})
     before = host.uno.clock_us
-    host.send(Sweeps(session=1, count=2))
+    host.send(Sweeps(job=1, count=2))
     records = host.until_done()
     begins = [record.clock for record in records if isinstance(record, Begin)]
     assert 200_000 < begins[0] - before < 215_000
@@ -243,7 +243,7 @@ def test_the_servo_settles_after_a_jump_and_keeps_the_dwell(start: Callable[...,
 
 def test_sensors_fire_one_after_the_other_with_the_guard_time(start: Callable[..., Host]) -> None:
     host = start(**QUICK | {"guard": 15})
-    host.send(Sweeps(session=1, count=1))
+    host.send(Sweeps(job=1, count=1))
     found = echoes(host.until_done())
     assert [echo.sensor for echo in found] == [0, 1, 2, 3] * 7
     # Also from step to step.
@@ -253,7 +253,7 @@ def test_sensors_fire_one_after_the_other_with_the_guard_time(start: Callable[..
 def test_sensors_fire_together(start: Callable[..., Host]) -> None:
     # Echoes that end within a few microseconds are the hardest to time.
     host = start(lambda sensor, *_: 1500.0 + 4 * sensor, **QUICK | {"together": 1})
-    host.send(Sweeps(session=1, count=1))
+    host.send(Sweeps(job=1, count=1))
     found = echoes(host.until_done())
     steps = [found[at : at + 4] for at in range(0, len(found), 4)]
     assert all(len({(echo.clock, echo.pulse) for echo in step}) == 1 for step in steps)
@@ -266,7 +266,7 @@ def test_faulty_and_silent_sensors_are_told_apart(start: Callable[..., Host]) ->
     answers = {0: 1000.0, 1: None, 2: DISCONNECTED, 3: DISCONNECTED}
     host = start(lambda sensor, *_: answers[sensor], **QUICK | {"step": 600, "listen": 20, "guard": 20, "dwell": 100})
     host.uno.set_pin("PC3", is_high=True)
-    host.send(Sweeps(session=1, count=1))
+    host.send(Sweeps(job=1, count=1))
     found = echoes(host.until_done())
     assert [echo.flight == pytest.approx(1000, abs=8) for echo in found] == [True, False, False, False] * 2
     assert [echo.flight for echo in found if echo.sensor] == [0, -1, -1] * 2
@@ -275,13 +275,13 @@ def test_faulty_and_silent_sensors_are_told_apart(start: Callable[..., Host]) ->
 def test_a_sensor_that_detects_nothing_has_time_to_recover(start: Callable[..., Host]) -> None:
     # Its echo pin is high for 38 ms, and it ignores triggers meanwhile.
     host = start(lambda sensor, *_: None if sensor == 2 else 600.0, **QUICK | {"together": 1})
-    host.send(Sweeps(session=1, count=1))
+    host.send(Sweeps(job=1, count=1))
     found = echoes(host.until_done())
     assert [echo.flight for echo in found if echo.sensor == 2] == [0] * 7
     assert len(host.uno.answers) == 28
     # One whose pin never goes low again takes that time once.
     host = start(lambda sensor, *_: 1e9 if sensor == 2 else 600.0, **QUICK | {"together": 1})
-    host.send(Sweeps(session=1, count=1))
+    host.send(Sweeps(job=1, count=1))
     found = echoes(host.until_done())
     assert [echo.flight for echo in found if echo.sensor == 2] == [0, *[-1] * 6]
     assert found[-1].clock - found[0].clock < 300_000
@@ -295,49 +295,49 @@ def test_settings_are_kept_and_refused_by_the_rules(start: Callable[..., Host]) 
     assert host.ask(Set(name="speed", value=1)) == [Refused(command="set", reason="unknown")]
     host.set(gain=-1200, start=-9000, window=24)
     # The servo would need pulses of 300 to 2100 us.
-    assert host.ask(Sweeps(session=1, count=1)) == [Refused(command="sweep", reason="range")]
+    assert host.ask(Sweeps(job=1, count=1)) == [Refused(command="sweep", reason="range")]
     changed = DEFAULTS | {"gain": -1200, "start": -9000, "window": 24}
     assert host.ask(Config(), wait=80) == [Value(name=name, value=value) for name, value in changed.items()]
 
 
 def test_settings_cannot_change_during_a_sweep(start: Callable[..., Host]) -> None:
     host = start(**QUICK)
-    host.ask(Sweeps(session=1, count=0))
+    host.ask(Sweeps(job=1, count=0))
     assert Refused(command="set", reason="busy") in host.ask(Set(name="step", value=50))
-    assert Accepted(command="stop", session=1) in host.ask(Stop(session=1), wait=40)
+    assert Accepted(command="stop", job=1) in host.ask(Stop(job=1), wait=40)
     host.set(step=50)
 
 
 def test_commands_can_be_repeated(start: Callable[..., Host]) -> None:
     host = start(**QUICK)
-    accepted = Accepted(command="sweep", session=5)
-    messages = host.ask(Sweeps(session=5, count=1), Sweeps(session=5, count=1), wait=12)
+    accepted = Accepted(command="sweep", job=5)
+    messages = host.ask(Sweeps(job=5, count=1), Sweeps(job=5, count=1), wait=12)
     assert messages.count(accepted) == 2
-    messages += host.ask(Sweeps(session=5, count=1), Stop(session=4), wait=300)
+    messages += host.ask(Sweeps(job=5, count=1), Stop(job=4), wait=300)
     assert is_numbered([message for message in messages if isinstance(message, Record)])
     assert len(echoes(messages)) == 28
-    # Also after the session: a late repetition does not begin it again.
-    assert host.ask(Sweeps(session=5, count=1), Stop(session=5), wait=40) == [
+    # Also after the job: a late repetition does not begin it again.
+    assert host.ask(Sweeps(job=5, count=1), Stop(job=5), wait=40) == [
         accepted,
-        Accepted(command="stop", session=5),
+        Accepted(command="stop", job=5),
     ]
 
 
-def test_stop_ends_the_session_after_the_current_ping(start: Callable[..., Host]) -> None:
+def test_stop_ends_the_job_after_the_current_ping(start: Callable[..., Host]) -> None:
     host = start(**QUICK)
-    host.ask(Sweeps(session=1, count=0), wait=100)
-    messages = host.ask(Stop(session=1), wait=60)
+    host.ask(Sweeps(job=1, count=0), wait=100)
+    messages = host.ask(Stop(job=1), wait=60)
     assert isinstance(messages[-1], Done)
     assert not any(isinstance(message, End) for message in messages[-3:])
     assert host.run(100) == []
 
 
-def test_a_new_session_ends_the_one_before(start: Callable[..., Host]) -> None:
+def test_a_new_job_ends_the_one_before(start: Callable[..., Host]) -> None:
     host = start(**QUICK)
-    host.ask(Sweeps(session=1, count=0), wait=50)
-    host.send(Sweeps(session=2, count=1))
+    host.ask(Sweeps(job=1, count=0), wait=50)
+    host.send(Sweeps(job=2, count=1))
     messages = host.run(400)
-    new = [message for message in messages if isinstance(message, Record) and message.session == 2]
+    new = [message for message in messages if isinstance(message, Record) and message.job == 2]
     assert is_numbered(new)
     assert isinstance(new[-1], Done)
     assert len(echoes(new)) == 28
@@ -346,15 +346,15 @@ def test_a_new_session_ends_the_one_before(start: Callable[..., Host]) -> None:
 
 def test_no_ping_is_made_while_the_window_is_full(start: Callable[..., Host]) -> None:
     host = start(**QUICK | {"window": 8})
-    host.ask(Sweeps(session=1, count=1), wait=150)
+    host.ask(Sweeps(job=1, count=1), wait=150)
     assert len(host.uno.answers) == 7
-    host.ask(Ack(session=1, next=5), wait=30)
+    host.ask(Ack(job=1, next=5), wait=30)
     assert len(host.uno.answers) == 12
 
 
 def test_unacknowledged_records_come_again_until_they_are_acknowledged(start: Callable[..., Host]) -> None:
     host = start(**QUICK | {"window": 8})
-    came = [message for message in host.ask(Sweeps(session=1, count=1), wait=300) if isinstance(message, Record)]
+    came = [message for message in host.ask(Sweeps(job=1, count=1), wait=300) if isinstance(message, Record)]
     assert [record.number for record in came][:24] == [*range(8)] * 3
     records = host.until_done(acknowledge=15)
     assert is_numbered(records)
@@ -370,7 +370,7 @@ def test_nothing_is_lost_on_a_line_that_damages_one_bit_in_a_thousand(start: Cal
     is_accepted = False
     for _ in range(400):
         expected = next(number for number in range(1000) if number not in records)
-        command = Ack(session=3, next=expected) if is_accepted else Sweeps(session=3, count=4)
+        command = Ack(job=3, next=expected) if is_accepted else Sweeps(job=3, count=4)
         host.uno.write(damaged(encode(command), rng=rng))
         host.uno.run(10)
         for message in host.decoder.feed(damaged(host.uno.read(), rng=rng)):
@@ -399,29 +399,29 @@ def test_noise_is_never_answered(start: Callable[..., Host]) -> None:
 
 
 def test_a_device_without_wheels_refuses_to_move(start: Callable[..., Host]) -> None:
-    assert start().ask(Move(session=1)) == [Refused(command="move", reason="unknown")]
+    assert start().ask(Move(job=1)) == [Refused(command="move", reason="unknown")]
 
 
-def test_a_reset_in_the_middle_of_a_sweep_forgets_session_and_settings(start: Callable[..., Host]) -> None:
+def test_a_reset_in_the_middle_of_a_sweep_forgets_job_and_settings(start: Callable[..., Host]) -> None:
     host = start(**QUICK | {"window": 24})
-    host.ask(Sweeps(session=1, count=0), wait=60)
+    host.ask(Sweeps(job=1, count=0), wait=60)
     host.uno.reset()
     messages = host.run(60)
     assert isinstance(messages[-1], Hello)
     (pong,) = host.ask(Ping(token=1))
     assert isinstance(pong, Pong)
-    assert pong.session == 0
+    assert pong.job == 0
     assert pong.clock < 200_000
     assert host.ask(Config(), wait=80) == [Value(name=name, value=value) for name, value in DEFAULTS.items()]
     host.set(**QUICK)
-    host.send(Sweeps(session=2, count=1))
+    host.send(Sweeps(job=2, count=1))
     assert len(echoes(host.until_done())) == 28
 
 
 def test_the_wrap_of_the_clock_disturbs_nothing(start: Callable[..., Host]) -> None:
     host = start(**QUICK)
     host.uno.set_clock(2**32 - 60_000)
-    host.send(Sweeps(session=1, count=1))
+    host.send(Sweeps(job=1, count=1))
     records = host.until_done()
     clocks = [record.clock for record in records]
     wraps = [at for at, (sooner, later) in enumerate(pairwise(clocks)) if later < sooner]
@@ -432,7 +432,7 @@ def test_the_wrap_of_the_clock_disturbs_nothing(start: Callable[..., Host]) -> N
 
 def test_a_long_wait_for_acknowledgements_does_not_confuse_the_clock(start: Callable[..., Host]) -> None:
     host = start(**QUICK | {"window": 8})
-    host.ask(Sweeps(session=1, count=1), wait=100)
+    host.ask(Sweeps(job=1, count=1), wait=100)
     for quarter in range(1, 5):
         host.uno.set_clock(quarter * 2**30 - 1)
         host.run(5)
@@ -442,7 +442,7 @@ def test_a_long_wait_for_acknowledgements_does_not_confuse_the_clock(start: Call
 def test_a_full_serial_port_does_not_delay_the_pings(start: Callable[..., Host]) -> None:
     # 4 sensors in 5 ms make more records than the serial port can send.
     host = start(**QUICK | {"together": 1, "window": 0})
-    host.send(Sweeps(session=1, count=2))
+    host.send(Sweeps(job=1, count=2))
     records = host.until_done()
     assert is_numbered(records)
     assert [echo.flight for echo in echoes(records)] == pytest.approx([600] * 56, abs=8)
@@ -455,7 +455,7 @@ def test_the_thermometer_is_reported_after_the_beginning_of_a_sweep(rover: Path)
     assert isinstance(hello, Hello)
     assert (hello.sensors, hello.capabilities) == (2, "air-wheels")
     host.set(**QUICK)
-    host.send(Sweeps(session=1, count=2))
+    host.send(Sweeps(job=1, count=2))
     records = host.until_done()
     # Without a servo, each sensor fires once in a sweep.
     assert [type(record).__name__ for record in records] == [
@@ -472,7 +472,7 @@ def test_wheels_are_counted_while_they_turn(rover: Path) -> None:
     for name in ("PD6", "PD7", "PB3", "PB2"):
         host.uno.set_pin(name, is_high=False)
     host.run(15)
-    assert Accepted(command="move", session=4) in host.ask(Move(session=4))
+    assert Accepted(command="move", job=4) in host.ask(Move(job=4))
     messages: list[Message] = []
     # The left wheel turns forward, the right one backward.
     for state in [(1, 0), (1, 1), (0, 1), (0, 0)] * 30:
@@ -484,15 +484,15 @@ def test_wheels_are_counted_while_they_turn(rover: Path) -> None:
     assert 3 <= len(found) <= 4
     assert (found[-1].left, found[-1].right) == (120, -120)
     assert all(49_000 < later.clock - sooner.clock < 60_000 for sooner, later in pairwise(found))
-    assert [type(message) for message in host.ask(Stop(session=4))] == [Accepted, Wheels, Done]
+    assert [type(message) for message in host.ask(Stop(job=4))] == [Accepted, Wheels, Done]
 
 
 def test_a_program_talks_to_the_device_through_a_serial_port(start: Callable[..., Host]) -> None:
     host = start(**QUICK)
     with serial_port(host.uno) as name, Path(name).open("r+b", buffering=0) as port:
-        port.write(encode(Sweeps(session=1, count=1)))
+        port.write(encode(Sweeps(job=1, count=1)))
         messages: list[Message] = []
         while not (messages and isinstance(messages[-1], Done)):
             messages += host.decoder.feed(port.read(64))
-    assert messages[0] == Accepted(command="sweep", session=1)
+    assert messages[0] == Accepted(command="sweep", job=1)
     assert len(echoes(messages)) == 28

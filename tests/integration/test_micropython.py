@@ -77,8 +77,8 @@ class Client:
         except TimeoutError:
             return []
 
-    def records(self, session: int) -> list[Record]:
-        """Return the records of a session, acknowledged one by one."""
+    def records(self, job: int) -> list[Record]:
+        """Return the records of a job, acknowledged one by one."""
         arrived: list[Record] = []
         until = time.monotonic() + 15
         while not (arrived and isinstance(arrived[-1], Done)):
@@ -86,7 +86,7 @@ class Client:
             for message in self.hear():
                 if isinstance(message, Record) and message.number == len(arrived):
                     arrived.append(message)
-                    self.say(Ack(session=session, next=len(arrived)))
+                    self.say(Ack(job=job, next=len(arrived)))
                 elif not isinstance(message, Record):
                     self.answers.append(message)
         return arrived
@@ -125,14 +125,14 @@ def test_micropython_times_the_pulse_of_an_echo_pin() -> None:
 def test_a_board_sweeps_over_tcp_and_a_new_host_takes_over(tmp_path: Path) -> None:
     short = [("start", -300), ("stop", 300), ("dwell", 10), ("guard", 5), ("settle", 0), ("window", 32)]
     with device(tmp_path) as client:
-        client.say(Identify(), *(Set(name=name, value=value) for name, value in short), Sweeps(session=5, count=2))
+        client.say(Identify(), *(Set(name=name, value=value) for name, value in short), Sweeps(job=5, count=2))
         records = client.records(5)
         assert any(isinstance(each, Hello) and each.board == "unix" and each.sensors == 4 for each in client.answers)
         echoes = [each for each in records if isinstance(each, Echo)]
         assert [each.sensor for each in echoes] == [0, 1, 2, 3] * 14
         assert [each.flight for each in echoes] == [flight(each.sensor, each.pulse) for each in echoes]
         other = Client(client.socket.getpeername()[1])
-        other.say(Set(name="together", value=1), Sweeps(session=6, count=1))
+        other.say(Set(name="together", value=1), Sweeps(job=6, count=1))
         echoes = [each for each in other.records(6) if isinstance(each, Echo)]
         assert len({each.clock for each in echoes}) == 7
         # The loop that watches several pins at once looks every 10 us.

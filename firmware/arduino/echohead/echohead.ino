@@ -54,18 +54,18 @@ static void change_setting(const Command &command) {
   }
 }
 
-static void start_session(const Command &command) {
+static void start_job(const Command &command) {
   const bool is_sweep = command.kind == CommandKind::Sweep;
   if (!is_sweep && !WHEELS) return write_refused(line, command.word, PSTR("unknown"));
-  if (command.session != records::session()) {
+  if (command.job != records::job()) {
     if (is_sweep && !sweep::is_reachable()) return write_refused(line, command.word, PSTR("range"));
     if (is_sweep) {
-      sweep::start(command.session, command.argument);
+      sweep::start(command.job, command.argument);
     } else {
-      sweep::start_move(command.session);
+      sweep::start_move(command.job);
     }
   }
-  write_accepted(line, command.word, command.session);
+  write_accepted(line, command.word, command.job);
 }
 
 static void obey(const Command &command) {
@@ -74,14 +74,14 @@ static void obey(const Command &command) {
     case CommandKind::Hello: greet(); break;
     case CommandKind::Config: listed = 0; break;
     case CommandKind::Set: change_setting(command); break;
-    case CommandKind::Ping: write_pong(line, command.session, records::session(), micros()); break;
+    case CommandKind::Ping: write_pong(line, command.job, records::job(), micros()); break;
     case CommandKind::Sweep:
-    case CommandKind::Move: start_session(command); break;
+    case CommandKind::Move: start_job(command); break;
     case CommandKind::Stop:
-      sweep::stop(command.session);
-      write_accepted(line, command.word, command.session);
+      sweep::stop(command.job);
+      write_accepted(line, command.word, command.job);
       break;
-    case CommandKind::Ack: records::acknowledge(command.session, command.argument); break;
+    case CommandKind::Ack: records::acknowledge(command.job, command.argument); break;
   }
 }
 

@@ -127,10 +127,10 @@ static bool equals_P(const char *text, const char *other) { return strcmp_P(text
 static bool equals_P(const char *text, const char *other) { return strcmp(text, other) == 0; }
 #endif
 
-static bool read_session(const Fields &fields, Command *command) {
+static bool read_job(const Fields &fields, Command *command) {
   uint32_t number;
   if (!read_natural(fields[1], 0xFFFF, &number)) return false;
-  command->session = number;
+  command->job = number;
   return number > 0 || command->kind == CommandKind::Ping;
 }
 
@@ -148,7 +148,7 @@ Command read_command(char *payload) {
     is_sound = read_setting(fields, &command);
   } else if (fields.count() > 1) {
     const uint32_t high = command.kind == CommandKind::Ack ? 0xFFFFFFFF : 0xFFFF;
-    is_sound = read_session(fields, &command) && (fields.count() == 2 || read_natural(fields[2], high, &command.argument));
+    is_sound = read_job(fields, &command) && (fields.count() == 2 || read_natural(fields[2], high, &command.argument));
   }
   if (!is_sound) command.kind = CommandKind::Damaged;
   return command;
@@ -211,9 +211,9 @@ static const char *word_of(RecordKind kind) {
   }
 }
 
-void write_record(LineWriter &line, uint16_t session, uint32_t number, const Record &record) {
+void write_record(LineWriter &line, uint16_t job, uint32_t number, const Record &record) {
   line.begin(word_of(record.kind));
-  line.natural(session);
+  line.natural(job);
   line.natural(number);
   line.natural(record.clock);
   switch (record.kind) {
@@ -259,18 +259,18 @@ void write_value(LineWriter &line, const char *name, int16_t value) {
   line.finish();
 }
 
-void write_pong(LineWriter &line, uint16_t token, uint16_t session, uint32_t clock) {
+void write_pong(LineWriter &line, uint16_t token, uint16_t job, uint32_t clock) {
   line.begin(PSTR("pong"));
   line.natural(token);
-  line.natural(session);
+  line.natural(job);
   line.natural(clock);
   line.finish();
 }
 
-void write_accepted(LineWriter &line, const char *command, uint16_t session) {
+void write_accepted(LineWriter &line, const char *command, uint16_t job) {
   line.begin(PSTR("accepted"));
   line.name(command);
-  line.natural(session);
+  line.natural(job);
   line.finish();
 }
 

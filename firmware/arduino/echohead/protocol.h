@@ -61,7 +61,7 @@ struct Command {
   const char *word = nullptr;
   const char *name = nullptr;  // of the setting
   int16_t value = 0;           // of the setting
-  uint16_t session = 0;        // or the token of a ping
+  uint16_t job = 0;        // or the token of a ping
   uint32_t argument = 0;       // count of sweeps, or number of a record
 };
 
@@ -106,7 +106,7 @@ struct WheelCounts {
   int32_t right;
 };
 
-// A record without its session and number, which follow from its place in the queue.
+// A record without its job and number, which follow from its place in the queue.
 struct Record {
   uint32_t clock;  // us
   RecordKind kind;
@@ -118,11 +118,11 @@ struct Record {
   };
 };
 
-void write_record(LineWriter &line, uint16_t session, uint32_t number, const Record &record);
+void write_record(LineWriter &line, uint16_t job, uint32_t number, const Record &record);
 void write_hello(LineWriter &line, const char *firmware, const char *board, uint8_t sensors, uint8_t window,
                  const char *capabilities);
 void write_value(LineWriter &line, const char *name, int16_t value);
-void write_pong(LineWriter &line, uint16_t token, uint16_t session, uint32_t clock);
-void write_accepted(LineWriter &line, const char *command, uint16_t session);
+void write_pong(LineWriter &line, uint16_t token, uint16_t job, uint32_t clock);
+void write_accepted(LineWriter &line, const char *command, uint16_t job);
 // `reason` is in program memory.
 void write_refused(LineWriter &line, const char *command, const char *reason);

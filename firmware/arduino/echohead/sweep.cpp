@@ -103,29 +103,29 @@ static void approach() {
 #endif
 }
 
-static void start_session(uint16_t session) {
-  records::start(session);
+static void start_job(uint16_t job) {
+  records::start(job);
   // Echoes of pings that are abandoned must not reach the first ping.
   due_at = micros() + (triggered != reported ? microseconds(Listen) : 0);
   triggered = reported = 0;
   is_stopping = false;
 }
 
-void start(uint16_t session, uint16_t sweeps) {
-  start_session(session);
+void start(uint16_t job, uint16_t sweeps) {
+  start_job(job);
   count = sweeps;
   number = 0;
   approach();
 }
 
-void start_move(uint16_t session) {
-  start_session(session);
+void start_move(uint16_t job) {
+  start_job(job);
   state = Moving;
   add_wheels();
 }
 
-void stop(uint16_t session) {
-  if (session == records::session() && state != Idle) is_stopping = true;
+void stop(uint16_t job) {
+  if (job == records::job() && state != Idle) is_stopping = true;
 }
 
 static void begin_sweep() {
@@ -137,7 +137,7 @@ static void begin_sweep() {
   state = Pinging;
 }
 
-static void end_session() {
+static void end_job() {
   records::add(RecordKind::Done, micros());
   state = Idle;
 }
@@ -147,7 +147,7 @@ static void end_sweep() {
   records::add(RecordKind::End, micros()).sweep = number;
   number++;
   if (number == count) {
-    end_session();
+    end_job();
   } else {
     approach();
   }
@@ -196,7 +196,7 @@ void update() {
   if (state == Pinging) report_echoes();
   if (is_stopping && triggered == reported) {
     if (state == Moving) add_wheels();
-    end_session();
+    end_job();
     return;
   }
   add_wheels_if_due();

@@ -37,7 +37,7 @@ static string command_again(char *payload) {
     line.name(command.name);
     line.integer(command.value);
   } else if (command.kind != CommandKind::Hello && command.kind != CommandKind::Config) {
-    line.natural(command.session);
+    line.natural(command.job);
   }
   if (command.kind == CommandKind::Sweep || command.kind == CommandKind::Ack) line.natural(command.argument);
   line.finish();
@@ -79,7 +79,7 @@ static string reply_again(char *payload) {
   const uint8_t count = fields.count();
   const string word = fields[0];
   LineWriter line;
-  uint32_t session = 0, number = 0, clock = 0, sensors = 0, window = 0;
+  uint32_t job = 0, number = 0, clock = 0, sensors = 0, window = 0;
   int32_t value = 0;
   Record record;
   if (word == "hello" && count == 7 && read_natural(fields[4], 8, &sensors) && read_natural(fields[5], 255, &window)) {
@@ -87,15 +87,15 @@ static string reply_again(char *payload) {
   } else if (word == "value" && count == 3 && is_name(fields[1]) && read_integer(fields[2], -9000, 9000, &value)) {
     write_value(line, fields[1], value);
   } else if (word == "pong" && count == 4 && read_natural(fields[1], 65535, &number) &&
-             read_natural(fields[2], 65535, &session) && read_natural(fields[3], UINT32_MAX, &clock)) {
-    write_pong(line, number, session, clock);
-  } else if (word == "accepted" && count == 3 && read_natural(fields[2], 65535, &session)) {
-    write_accepted(line, fields[1], session);
+             read_natural(fields[2], 65535, &job) && read_natural(fields[3], UINT32_MAX, &clock)) {
+    write_pong(line, number, job, clock);
+  } else if (word == "accepted" && count == 3 && read_natural(fields[2], 65535, &job)) {
+    write_accepted(line, fields[1], job);
   } else if (word == "refused" && count == 3) {
     write_refused(line, fields[1], fields[2]);
-  } else if (count >= 4 && read_natural(fields[1], 65535, &session) && read_natural(fields[2], UINT32_MAX, &number) &&
+  } else if (count >= 4 && read_natural(fields[1], 65535, &job) && read_natural(fields[2], UINT32_MAX, &number) &&
              read_natural(fields[3], UINT32_MAX, &record.clock) && read_record(word, fields, &record)) {
-    write_record(line, session, number, record);
+    write_record(line, job, number, record);
   } else {
     return "-";
   }

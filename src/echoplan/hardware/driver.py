@@ -14,10 +14,10 @@ from echoplan.acoustics import Air
 from echoplan.arrays import FloatArray
 from echoplan.errors import InputError, InvalidValueError
 from echoplan.geometry import identity
+from echoplan.hardware.jobs import ask, change_setting, end_job, identify, records_of, settings_of
 from echoplan.hardware.port import Port, open_port, port_names
 from echoplan.hardware.protocol import Accepted, Begin, Done, End, Move, Record, Refused, Stop, Sweeps, Wheels
 from echoplan.hardware.readings import Timed, Track, Wheelbase, driven, sweep_of, timed
-from echoplan.hardware.session import ask, change_setting, end_session, identify, records_of, settings_of
 from echoplan.model import Firing, Rig, Sweep
 
 __all__ = ["Device", "device_settings", "find_device"]
@@ -60,8 +60,8 @@ class Device:
         self._watch = watch
         self._connect = connect
         self._counts = Counter[str]()
-        # Sessions of an earlier run may still be going on.
-        self._sessions = (number % 65535 + 1 for number in count(time.time_ns() // 1_000_000))
+        # Jobs of an earlier run may still be going on.
+        self._jobs = (number % 65535 + 1 for number in count(time.time_ns() // 1_000_000))
         # Each holds its newest value only.
         self._ports = deque[Port](maxlen=1)
         self._tracks = deque([Track(pose=identity())], maxlen=1)
@@ -127,8 +127,8 @@ class Device:
         made = 0
         while not number or made < number:
             pending, poses = list[Timed](), list[tuple[int, FloatArray]]()
-            command = Sweeps(session=next(self._sessions), count=number and number - made)
-            for each in self._session(command, settings):
+            command = Sweeps(job=next(self._jobs), count=number and number - made)
+            for each in self._job(command, settings):
                 if isinstance(each.record, Begin):
                     pending, poses = [], [(each.stamp_ns, self.pose)]
                 if not isinstance(each.record, Done):
@@ -148,25 +148,25 @@ class Device:
         InputError
             If the connection is lost on the way, so that the pose of the robot is unknown.
         """
-        records = [each.record for each in self._session(Move(session=next(self._sessions)), {})]
+        records = [each.record for each in self._job(Move(job=next(self._jobs)), {})]
         if not records or not isinstance(records[-1], Done):
             remedy = "place the robot by hand and continue with --append"
             raise InputError(self.address, "the connection was lost while the robot moved", remedy=remedy)
         return len({(each.left, each.right) for each in records if isinstance(each, Wheels)}) > 1
 
-    def _session(self, command: Sweeps | Move, settings: Mapping[str, int]) -> Iterator[Timed]:
-        """Yield the records of a session until it is complete or lost; in the latter case connect again."""
+    def _job(self, command: Sweeps | Move, settings: Mapping[str, int]) -> Iterator[Timed]:
+        """Yield the records of a job until it is complete or lost; in the latter case connect again."""
         port = self._ports[0]
         is_complete = False
         try:
-            end_session(port)
+            end_job(port)
             for name, value in {**settings, "window": self.hello.window}.items():
                 change_setting(port, name, value=value)
             answer = ask(port, command, Accepted)
             if isinstance(answer, Refused):
                 problem = f"the device refuses to {command.WORD} ({answer.reason})"
                 raise InputError(self.address, problem, remedy="reset it, or update its firmware")
-            for each in timed(records_of(port, command.session), now_ns=self._now_ns):
+            for each in timed(records_of(port, command.job), now_ns=self._now_ns):
                 if isinstance(each.record, Wheels) and self.wheels is not None:
                     self._tracks.append(driven(self._tracks[0], each.record, wheels=self.wheels))
                 self._stamps_ns.append(each.stamp_ns)
@@ -176,13 +176,13 @@ class Device:
         except OSError as error:
             _LOG.warning("%s: the connection is lost (%s); trying again", self.address, error)
         except GeneratorExit:
-            ask(port, Stop(session=command.session), Accepted)
+            ask(port, Stop(job=command.job), Accepted)
             raise
         if not is_complete:
             self._connect_again()
 
     def _now_ns(self) -> int:
-        # The clock of a device may be fast: times must not go back from one session to the next.
+        # The clock of a device may be fast: times must not go back from one job to the next.
         return max(time.time_ns(), self._stamps_ns[0])
 
     def _connect_again(self) -> None:

@@ -31,17 +31,17 @@ SETTINGS = (
     ("base", 0, 9000, 0),
     ("window", 0, 255, 0),
 )
-_SESSION, _SHORT, _VALUE, _LONG = (1, 65535), (0, 65535), (-9000, 9000), (0, 4294967295)
+_JOB, _SHORT, _VALUE, _LONG = (1, 65535), (0, 65535), (-9000, 9000), (0, 4294967295)
 # Bounds of the fields of each command; a name has none.
 _COMMANDS = {
     "hello": (),
     "config": (),
     "set": ((), _VALUE),
     "ping": (_SHORT,),
-    "sweep": (_SESSION, _SHORT),
-    "stop": (_SESSION,),
-    "move": (_SESSION,),
-    "ack": (_SESSION, _LONG),
+    "sweep": (_JOB, _SHORT),
+    "stop": (_JOB,),
+    "move": (_JOB,),
+    "ack": (_JOB, _LONG),
 }
 _NAME = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-"
 _LONGEST_PAYLOAD, _LONGEST_NAME, _LONGEST_LINE = 80, 32, 91
@@ -146,12 +146,12 @@ class Head:
         self._output: list[bytes] = []
         # Lines of the records that are not acknowledged.
         self._kept: list[bytes] = []
-        # The running session: none or one.
+        # The running job: none or one.
         self._running: list[Iterator[bool]] = []
-        # Numbers that change.  "number" is that of the next record, "window" that of the session, "sent" the time of
-        # the last line.  "idle" is 1 where the session may end, "stopping" if it is to, "moving" if it is no sweep.
+        # Numbers that change.  "number" is that of the next record, "window" that of the job, "sent" the time of
+        # the last line.  "idle" is 1 where the job may end, "stopping" if it is to, "moving" if it is no sweep.
         # "pulse" is 0 before the servo was turned; "turned" is the time of the last report of the wheels.
-        names = "clock session number window sent moving idle stopping pulse left right turned damaged"
+        names = "clock job number window sent moving idle stopping pulse left right turned damaged"
         self._state = dict.fromkeys(names.split(), 0)
         self._greet()
 
@@ -189,7 +189,7 @@ class Head:
         return data
 
     def _run(self) -> None:
-        """Let the session go on until it waits, and end it if it is complete, or stopped and not in a ping."""
+        """Let the job go on until it waits, and end it if it is complete, or stopped and not in a ping."""
         state = self._state
         if not (state["stopping"] and state["idle"]):
             try:
@@ -216,7 +216,7 @@ class Head:
             for setting in SETTINGS:
                 self._send(f"value,{setting[0]},{self.settings[setting[0]]}")
         elif word == "ping":
-            self._send(f"pong,{fields[1]},{self._state['session']},{self._state['clock'] % _CLOCK}")
+            self._send(f"pong,{fields[1]},{self._state['job']},{self._state['clock'] % _CLOCK}")
         elif word == "set":
             self._set(fields[1], int(fields[2]))
         elif word == "ack":
@@ -247,26 +247,26 @@ class Head:
             return value > self.settings["start"]
         return name != "gain" or value != 0
 
-    def _ack(self, session: int, following: int) -> None:
+    def _ack(self, job: int, following: int) -> None:
         """Forget the records that have arrived."""
         state = self._state
         arrived = len(self._kept) - (state["number"] - following)
-        if session == state["session"] and 0 < arrived <= len(self._kept):
+        if job == state["job"] and 0 < arrived <= len(self._kept):
             self._kept[:] = self._kept[arrived:]
 
     def _steer(self, word: str, numbers: list[int]) -> None:
-        """Begin or end a session."""
-        session, state = numbers[0], self._state
+        """Begin or end a job."""
+        job, state = numbers[0], self._state
         if word == "move" and not self._has("wheels"):
             self._send("refused,move,unknown")
         elif word == "sweep" and not self._is_in_reach():
             self._send("refused,sweep,range")
         else:
-            self._send(f"accepted,{word},{session}")
-            if session == state["session"]:
+            self._send(f"accepted,{word},{job}")
+            if job == state["job"]:
                 state["stopping"] |= int(word == "stop")
             elif word != "stop":
-                self._begin(session, numbers[1:])
+                self._begin(job, numbers[1:])
 
     def _is_in_reach(self) -> bool:
         """Return whether the servo, if there is one, can turn to both ends of a sweep."""
@@ -275,19 +275,19 @@ class Head:
         pulses = [self._pulse_of(self.settings[name]) for name in ("start", "stop")]
         return min(pulses) >= _SHORTEST_PULSE and max(pulses) <= _LONGEST_PULSE
 
-    def _begin(self, session: int, count: list[int]) -> None:
-        """Replace the current session by a number of sweeps, or by a move if there is no number."""
+    def _begin(self, job: int, count: list[int]) -> None:
+        """Replace the current job by a number of sweeps, or by a move if there is no number."""
         state = self._state
         if self._running and state["moving"]:
             self.board.halt()
         self._kept.clear()
         self._running[:] = [self._sweeps(count[0] or _MOST_SWEEPS) if count else self._moves()]
         state["window"] = self.settings["window"]
-        state["session"], state["number"] = session, 0
+        state["job"], state["number"] = job, 0
         state["moving"], state["idle"], state["stopping"] = int(not count), 1, 0
 
     def _sweeps(self, count: int) -> "Iterator[bool]":
-        """Make sweeps to and fro; yield, whenever it waits, whether the session may end there."""
+        """Make sweeps to and fro; yield, whenever it waits, whether the job may end there."""
         state, settings = self._state, self.settings
         due = state["clock"]
         for sweep in range(count):
@@ -387,7 +387,7 @@ class Head:
 
     def _record(self, word: str, clock: int, *fields: int) -> None:
         state = self._state
-        payload = f"{word},{state['session']},{state['number']},{clock % _CLOCK}"
+        payload = f"{word},{state['job']},{state['number']},{clock % _CLOCK}"
         for field in fields:
             payload += f",{field}"
         line = line_of(payload)

@@ -58,7 +58,7 @@ _BOUNDS: Mapping[str, tuple[int, int]] = MappingProxyType(
         "right": _SIGNED,
         "sensor": (0, 7),
         "sensors": (1, 8),
-        "session": (0, 65535),
+        "job": (0, 65535),
         "sweep": (0, 65535),
         "temperature": (-5500, 12500),
         "token": (0, 65535),
@@ -129,17 +129,17 @@ class Sweeps(Message):
 
     WORD: ClassVar[str] = "sweep"
 
-    session: int
+    job: int
     count: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stop(Message):
-    """End a session."""
+    """End a job."""
 
     WORD: ClassVar[str] = "stop"
 
-    session: int
+    job: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -148,7 +148,7 @@ class Move(Message):
 
     WORD: ClassVar[str] = "move"
 
-    session: int
+    job: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -157,7 +157,7 @@ class Ack(Message):
 
     WORD: ClassVar[str] = "ack"
 
-    session: int
+    job: int
     next: int
 
 
@@ -187,12 +187,12 @@ class Value(Message):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pong(Message):
-    """Answer to a ping, with the current session; 0: none."""
+    """Answer to a ping, with the current job; 0: none."""
 
     WORD: ClassVar[str] = "pong"
 
     token: int
-    session: int
+    job: int
     clock: int
 
 
@@ -203,7 +203,7 @@ class Accepted(Message):
     WORD: ClassVar[str] = "accepted"
 
     command: str
-    session: int
+    job: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -218,9 +218,9 @@ class Refused(Message):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Record(Message):
-    """A numbered line: its session, its number in the session, and the time of the device [us]."""
+    """A numbered line: its job, its number in the job, and the time of the device [us]."""
 
-    session: int
+    job: int
     number: int
     clock: int
 
@@ -276,7 +276,7 @@ class End(Record):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Done(Record):
-    """A session is complete."""
+    """A job is complete."""
 
     WORD: ClassVar[str] = "done"
 
@@ -329,7 +329,7 @@ def decode(line: bytes, *, is_command: bool = False) -> Message | None:
     Examples
     --------
     >>> decode(b"noise $pong,7,0,5*DF0B9839")
-    Pong(token=7, session=0, clock=5)
+    Pong(token=7, job=0, clock=5)
     >>> decode(b"$pong,8,0,5*DF0B9839") is None
     True
     """
@@ -358,8 +358,8 @@ class Decoder:
     Examples
     --------
     >>> decoder = Decoder()
-    >>> [list(decoder.feed(piece)) for piece in (b"?!$po", encode(Pong(token=7, session=0, clock=5))[3:])]
-    [[], [Pong(token=7, session=0, clock=5)]]
+    >>> [list(decoder.feed(piece)) for piece in (b"?!$po", encode(Pong(token=7, job=0, clock=5))[3:])]
+    [[], [Pong(token=7, job=0, clock=5)]]
     """
 
     def __init__(self, *, is_host: bool = True) -> None:

@@ -70,7 +70,7 @@ class Track:
 
 
 def timed(records: Iterable[Record], *, now_ns: Callable[[], int]) -> Iterator[Timed]:
-    """Yield the records of a session with their times; the first is timed by the clock of the host [ns].
+    """Yield the records of a job with their times; the first is timed by the clock of the host [ns].
 
     Between two records passes less than a turn of the clock of the device.
     """

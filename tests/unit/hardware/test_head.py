@@ -185,32 +185,32 @@ def test_it_refuses_a_setting_that_cannot_be(name: str, value: int, reason: str)
 
 def test_it_refuses_settings_while_it_sweeps_and_takes_them_afterwards() -> None:
     conversation = Conversation(Bench(), settle=0)
-    conversation.say(Sweeps(session=7, count=0))
+    conversation.say(Sweeps(job=7, count=0))
     assert Refused(command="set", reason="busy") in conversation.say(Set(name="step", value=50))
-    conversation.say(Stop(session=7))
+    conversation.say(Stop(job=7))
     conversation.run(30)
     assert conversation.say(Set(name="step", value=50)) == [Value(name="step", value=50)]
 
 
 def test_it_refuses_a_sweep_for_which_the_servo_would_run_against_its_stop() -> None:
     conversation = Conversation(Bench(), gain=1200, stop=9000)
-    assert conversation.say(Sweeps(session=7, count=1)) == [Refused(command="sweep", reason="range")]
+    assert conversation.say(Sweeps(job=7, count=1)) == [Refused(command="sweep", reason="range")]
 
 
-def test_it_answers_pings_with_session_and_clock() -> None:
+def test_it_answers_pings_with_job_and_clock() -> None:
     # It takes the time of the last advance, which was half a millisecond before the clock wraps.
     conversation = Conversation(Bench(), clock=2**32 - 1500)
-    assert conversation.say(Ping(token=9)) == [Pong(token=9, session=0, clock=2**32 - 500)]
-    conversation.say(Sweeps(session=7, count=1))
+    assert conversation.say(Ping(token=9)) == [Pong(token=9, job=0, clock=2**32 - 500)]
+    conversation.say(Sweeps(job=7, count=1))
     (pong,) = of_kind(Pong, conversation.say(Ping(token=10)))
-    assert pong.session == 7
+    assert pong.job == 7
     assert pong.clock == 1500
 
 
 def test_a_sweep_fires_one_sensor_after_the_other_at_every_angle_to_and_fro() -> None:
     board = Bench()
     conversation = Conversation(board, start=-200, stop=250, step=200, dwell=30, guard=10, settle=20)
-    records = of_kind(Record, [*conversation.say(Sweeps(session=7, count=2)), *conversation.run(300)])
+    records = of_kind(Record, [*conversation.say(Sweeps(job=7, count=2)), *conversation.run(300)])
     assert [each.number for each in records] == list(range(len(records)))
     assert [type(each) for each in records[:3]] == [Begin, Air, Wheels]
     assert [type(each) for each in records[-3:]] == [Wheels, End, Done]
@@ -228,7 +228,7 @@ def test_a_sweep_fires_one_sensor_after_the_other_at_every_angle_to_and_fro() ->
 def test_sensors_that_fire_together_do_so_once_a_step() -> None:
     board = Bench(delay=12 * MILLISECOND)
     conversation = Conversation(board, start=0, stop=200, dwell=20, together=1, settle=0)
-    echoes = of_kind(Echo, [*conversation.say(Sweeps(session=7, count=1)), *conversation.run(100)])
+    echoes = of_kind(Echo, [*conversation.say(Sweeps(job=7, count=1)), *conversation.run(100)])
     assert [each.sensor for each in echoes] == [0, 1, 2, 3] * 3
     assert [each.clock - echoes[0].clock for each in echoes[::4]] == [0, 20 * MILLISECOND, 40 * MILLISECOND]
     assert board.fired == [(each.clock, [0, 1, 2, 3]) for each in echoes[::4]]
@@ -238,7 +238,7 @@ def test_sensors_that_fire_together_do_so_once_a_step() -> None:
 
 def test_without_a_servo_a_sweep_fires_each_sensor_once() -> None:
     conversation = Conversation(Board())
-    records = of_kind(Record, [*conversation.say(Sweeps(session=7, count=2)), *conversation.run(60)])
+    records = of_kind(Record, [*conversation.say(Sweeps(job=7, count=2)), *conversation.run(60)])
     assert [type(each) for each in records] == [Begin, Echo, End, Begin, Echo, End, Done]
     assert {(each.pulse, each.angle) for each in of_kind(Echo, list(records))} == {(0, 0)}
 
@@ -247,7 +247,7 @@ def test_a_sensor_is_not_triggered_before_it_has_recovered() -> None:
     board = Bench()
     conversation = Conversation(board, settle=0)
     board.resting.append(1)
-    conversation.say(Sweeps(session=7, count=1))
+    conversation.say(Sweeps(job=7, count=1))
     conversation.run(70)
     assert [sensors for _, sensors in board.fired] == [[0]]
     board.resting.clear()
@@ -257,45 +257,45 @@ def test_a_sensor_is_not_triggered_before_it_has_recovered() -> None:
 
 def test_an_echo_later_than_it_listens_is_none() -> None:
     conversation = Conversation(Bench(flights=(25_001, 25_000, 99_999, -1)), settle=0)
-    echoes = of_kind(Echo, [*conversation.say(Sweeps(session=7, count=1)), *conversation.run(120)])
+    echoes = of_kind(Echo, [*conversation.say(Sweeps(job=7, count=1)), *conversation.run(120)])
     assert [each.flight for each in echoes[:4]] == [0, 25_000, 0, -1]
 
 
 def test_a_repeated_command_changes_nothing() -> None:
     conversation = Conversation(Bench(), settle=0)
-    conversation.say(Sweeps(session=7, count=0))
+    conversation.say(Sweeps(job=7, count=0))
     conversation.run(60)
-    answers = conversation.say(Sweeps(session=7, count=0), Sweeps(session=7, count=0))
-    assert of_kind(Accepted, answers) == [Accepted(command="sweep", session=7)] * 2
+    answers = conversation.say(Sweeps(job=7, count=0), Sweeps(job=7, count=0))
+    assert of_kind(Accepted, answers) == [Accepted(command="sweep", job=7)] * 2
     assert not of_kind(Begin, [*answers, *conversation.run(60)])
-    conversation.say(Stop(session=7))
+    conversation.say(Stop(job=7))
     conversation.run(30)
-    assert conversation.say(Sweeps(session=7, count=0)) == [Accepted(command="sweep", session=7)]
+    assert conversation.say(Sweeps(job=7, count=0)) == [Accepted(command="sweep", job=7)]
     assert not conversation.run(100)
 
 
-def test_stop_ends_the_session_after_the_ping_and_stop_of_another_does_nothing() -> None:
+def test_stop_ends_the_job_after_the_ping_and_stop_of_another_does_nothing() -> None:
     conversation = Conversation(Bench(delay=10 * MILLISECOND), settle=0)
-    conversation.say(Sweeps(session=7, count=0))
+    conversation.say(Sweeps(job=7, count=0))
     conversation.run(52)
-    assert not of_kind(Done, [*conversation.say(Stop(session=6)), *conversation.run(40)])
+    assert not of_kind(Done, [*conversation.say(Stop(job=6)), *conversation.run(40)])
     conversation.run(10)
-    records = of_kind(Record, [*conversation.say(Stop(session=7)), *conversation.run(100)])
+    records = of_kind(Record, [*conversation.say(Stop(job=7)), *conversation.run(100)])
     assert [type(each) for each in records] == [Echo, Done]
 
 
-def test_a_new_session_replaces_the_running_one() -> None:
+def test_a_new_job_replaces_the_running_one() -> None:
     conversation = Conversation(Bench(), settle=0, window=8)
-    conversation.say(Sweeps(session=7, count=0))
+    conversation.say(Sweeps(job=7, count=0))
     conversation.run(120)
-    records = of_kind(Record, [*conversation.say(Sweeps(session=8, count=1)), *conversation.run(500)])
-    assert {each.session for each in records} == {8}
+    records = of_kind(Record, [*conversation.say(Sweeps(job=8, count=1)), *conversation.run(500)])
+    assert {each.job for each in records} == {8}
     assert records[0].number == 0
 
 
 def test_a_drive_reports_the_wheels_and_ends_by_itself() -> None:
     conversation = Conversation(Bench())
-    records = of_kind(Record, [*conversation.say(Move(session=7)), *conversation.run(300)])
+    records = of_kind(Record, [*conversation.say(Move(job=7)), *conversation.run(300)])
     assert [type(each) for each in records] == [Wheels] * 6 + [Done]
     elapsed = [(each.clock - records[0].clock) // MILLISECOND for each in records[:-1]]
     assert elapsed == [0, 50, 100, 150, 200, 210]
@@ -307,20 +307,20 @@ def test_a_drive_reports_the_wheels_and_ends_by_itself() -> None:
 def test_a_stopped_drive_reports_where_it_stopped() -> None:
     board = Bench()
     conversation = Conversation(board)
-    conversation.say(Move(session=7))
+    conversation.say(Move(job=7))
     conversation.run(30)
-    records = of_kind(Record, conversation.say(Stop(session=7)))
+    records = of_kind(Record, conversation.say(Stop(job=7)))
     assert [type(each) for each in records] == [Wheels, Done]
     assert records[0].clock == conversation.clocks[0] == board.arrival[0]
 
 
 def test_a_board_without_wheels_refuses_to_move() -> None:
-    assert Conversation(Board()).say(Move(session=7)) == [Refused(command="move", reason="unknown")]
+    assert Conversation(Board()).say(Move(job=7)) == [Refused(command="move", reason="unknown")]
 
 
 def test_the_clock_of_records_wraps() -> None:
     conversation = Conversation(Bench(), clock=2**32 - 60 * MILLISECOND, settle=0)
-    echoes = of_kind(Echo, [*conversation.say(Sweeps(session=7, count=1)), *conversation.run(200)])
+    echoes = of_kind(Echo, [*conversation.say(Sweeps(job=7, count=1)), *conversation.run(200)])
     steps = np.diff([each.clock for each in echoes])
     assert np.count_nonzero(steps < 0) == 1
     assert set(steps % 2**32) == {25 * MILLISECOND}
@@ -328,7 +328,7 @@ def test_the_clock_of_records_wraps() -> None:
 
 def test_without_a_window_nothing_is_repeated() -> None:
     conversation = Conversation(Board())
-    conversation.say(Sweeps(session=7, count=1))
+    conversation.say(Sweeps(job=7, count=1))
     conversation.run(3)
     assert not conversation.run(500)
 
@@ -336,13 +336,13 @@ def test_without_a_window_nothing_is_repeated() -> None:
 def test_it_waits_while_the_window_is_full_and_repeats_in_order_until_acknowledged() -> None:
     board = Bench()
     conversation = Conversation(board, settle=0, window=6)
-    first = of_kind(Record, [*conversation.say(Sweeps(session=7, count=1)), *conversation.run(90)])
+    first = of_kind(Record, [*conversation.say(Sweeps(job=7, count=1)), *conversation.run(90)])
     assert [each.number for each in first] == [0, 1, 2, 3, 4, 5]
     again = of_kind(Record, conversation.run(50))
     assert again == first
-    conversation.say(Ack(session=6, next=6), Ack(session=7, next=99))
+    conversation.say(Ack(job=6, next=6), Ack(job=7, next=99))
     assert of_kind(Record, conversation.run(50)) == first
-    conversation.say(Ack(session=7, next=5))
+    conversation.say(Ack(job=7, next=5))
     assert [each.number for each in of_kind(Record, conversation.run(40))] == [6, 7, 8, 9, 10][: len(board.fired) - 3]
 
 
@@ -364,7 +364,7 @@ def lossy(rng: np.random.Generator) -> Callable[[bytes], bytes]:
 
 
 def delivered(conversation: Conversation, carry: Callable[[bytes], bytes], *, window: int) -> Iterator[Record]:
-    """Yield the records of session 7 in order, as a host puts them together from a bad line."""
+    """Yield the records of job 7 in order, as a host puts them together from a bad line."""
     arrived: dict[int, Record] = {}
     following = 0
     while True:
@@ -375,7 +375,7 @@ def delivered(conversation: Conversation, carry: Callable[[bytes], bytes], *, wi
         while following in arrived:
             yield arrived[following]
             following += 1
-        conversation.head.receive(carry(encode(Ack(session=7, next=following))))
+        conversation.head.receive(carry(encode(Ack(job=7, next=following))))
         if following and isinstance(arrived[following - 1], Done):
             return
 
@@ -383,7 +383,7 @@ def delivered(conversation: Conversation, carry: Callable[[bytes], bytes], *, wi
 def test_every_record_arrives_once_and_unchanged_over_a_bad_line() -> None:
     def converse() -> Conversation:
         conversation = Conversation(Bench(), settle=0, dwell=5, guard=5, window=16)
-        conversation.say(Sweeps(session=7, count=2))
+        conversation.say(Sweeps(job=7, count=2))
         return conversation
 
     clean = list(delivered(converse(), bytes, window=16))
@@ -400,14 +400,14 @@ def test_every_record_arrives_once_and_unchanged_over_a_bad_line() -> None:
     assert all(np.diff([each.clock for each in poor]) >= 0)
 
 
-def test_a_device_that_was_reset_has_no_session_and_its_default_settings() -> None:
+def test_a_device_that_was_reset_has_no_job_and_its_default_settings() -> None:
     board = Bench()
     conversation = Conversation(board, settle=0, step=50)
-    conversation.say(Sweeps(session=7, count=0))
+    conversation.say(Sweeps(job=7, count=0))
     conversation.head = Head(board)
     assert [type(each) for each in conversation.run(200)] == [Hello]
     (pong,) = of_kind(Pong, conversation.say(Ping(token=1)))
-    assert pong.session == 0
+    assert pong.job == 0
     assert conversation.head.settings["step"] == 100
 
 

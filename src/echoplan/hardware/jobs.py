@@ -1,4 +1,4 @@
-"""The host's end of the protocol: commands until they are answered, and the records of a session in their order."""
+"""The host's end of the protocol: commands until they are answered, and the records of a job in their order."""
 
 from collections.abc import Iterator
 from dataclasses import fields
@@ -22,7 +22,7 @@ from echoplan.hardware.protocol import (
     Value,
 )
 
-__all__ = ["ask", "change_setting", "end_session", "identify", "records_of", "settings_of"]
+__all__ = ["ask", "change_setting", "end_job", "identify", "records_of", "settings_of"]
 
 # A command is repeated this often [s]; a line and its answer take 8 ms at 115200 baud.
 _REPEAT = 0.05
@@ -30,7 +30,7 @@ _REPEAT = 0.05
 # waits up to 2 s. While damaged lines arrive, the wait is longer: of those in which 1 % of all bits are wrong, 1 in 30
 # is whole.
 _PATIENCE, _LONGEST = 10.0, 60.0
-# After this silence the device is asked whether it still has the session [s]; the longer one ends it.
+# After this silence the device is asked whether it still has the job [s]; the longer one ends it.
 _SILENCE, _LOST = 0.5, 10.0
 # Records from one acknowledgement to the next.
 _ACKNOWLEDGED = 8
@@ -68,14 +68,14 @@ def identify(port: Port) -> Hello:
     return answer
 
 
-def end_session(port: Port) -> None:
-    """End the session of an earlier host or connection; settings cannot be changed while it goes on.
+def end_job(port: Port) -> None:
+    """End the job of an earlier host or connection; settings cannot be changed while it goes on.
 
     Raises as ``ask`` does.
     """
     answer = ask(port, Ping(token=0), Pong)
-    if isinstance(answer, Pong) and answer.session:
-        ask(port, Stop(session=answer.session), Accepted)
+    if isinstance(answer, Pong) and answer.job:
+        ask(port, Stop(job=answer.job), Accepted)
 
 
 def change_setting(port: Port, name: str, *, value: int) -> None:
@@ -108,10 +108,10 @@ def settings_of(port: Port, *names: str) -> dict[str, int]:
     return {name: known[name] for name in names}
 
 
-def records_of(port: Port, session: int) -> Iterator[Record]:
-    """Yield the records of a session in their order, each once.
+def records_of(port: Port, job: int) -> Iterator[Record]:
+    """Yield the records of a job in their order, each once.
 
-    They end with ``Done``; without it, the device lost the session or fell silent. Raises ``OSError`` if the connection
+    They end with ``Done``; without it, the device lost the job or fell silent. Raises ``OSError`` if the connection
     is lost.
     """
     early: dict[int, Record] = {}
@@ -121,25 +121,25 @@ def records_of(port: Port, session: int) -> Iterator[Record]:
         is_repeated = False
         for message in port.receive():
             received = now
-            if isinstance(message, Hello) or (isinstance(message, Pong) and message.session != session):
+            if isinstance(message, Hello) or (isinstance(message, Pong) and message.job != job):
                 return
-            if isinstance(message, Record) and message.session == session:
+            if isinstance(message, Record) and message.job == job:
                 is_repeated |= message.number < expected or message.number in early
                 early[message.number] = message
         while expected in early:
             record = early.pop(expected)
             expected += 1
             if isinstance(record, Done):
-                port.send(Ack(session=session, next=expected))
+                port.send(Ack(job=job, next=expected))
                 yield record
                 return
             yield record
         early = {number: record for number, record in early.items() if number > expected}
         if is_repeated or expected - acknowledged >= _ACKNOWLEDGED:
-            port.send(Ack(session=session, next=expected))
+            port.send(Ack(job=job, next=expected))
             acknowledged = expected
         if now - max(received, asked) > _SILENCE:
-            port.send(Ping(token=session))
+            port.send(Ping(token=job))
             asked = now
 
 
