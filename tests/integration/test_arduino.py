@@ -11,13 +11,12 @@ from pathlib import Path
 import pytest
 
 from echoplan.hardware.head import Board, Head
-from echoplan.hardware.protocol import (
+from echoplan.hardware.messages import (
     Accepted,
     Ack,
     Air,
     Begin,
     Config,
-    Decoder,
     Done,
     Echo,
     End,
@@ -34,8 +33,8 @@ from echoplan.hardware.protocol import (
     Sweeps,
     Value,
     Wheels,
-    encode,
 )
+from echoplan.hardware.protocol import Decoder, encode
 from helpers.avr import DISCONNECTED, Flight, Uno, build, serial_port, skip_without_compiler, skip_without_simulator
 
 ROOT = Path(__file__).parents[2]

@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from echoplan.hardware.protocol import Ack, Decoder, Done, Echo, Hello, Identify, Message, Record, Set, Sweeps, encode
+from echoplan.hardware.messages import Ack, Done, Echo, Hello, Identify, Message, Record, Set, Sweeps
+from echoplan.hardware.protocol import Decoder, encode
 
 ROOT = Path(__file__).parents[2]
 DEVICE = ROOT / "firmware" / "micropython" / "simulation" / "device.py"

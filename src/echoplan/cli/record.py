@@ -47,8 +47,10 @@ def run(
     from echoplan.io.text_logs import read_places  # noqa: PLC0415
 
     stations = [_pose(each.x, each.y, each.heading) for each in read_places(place or (), places)]
+    if append and not rig and (out / "rig.toml").exists():
+        rig = str(out / "rig.toml")
     with SweepProgress() as progress, Device(source or find_device(), watch=progress.watch) as device:
-        used, text = _rig_of(rig or (str(out / "rig.toml") if append and (out / "rig.toml").exists() else ""), device)
+        used, text = _rig_of(rig, device)
         put(f"{device.address}: {device.hello.board}, {device.hello.sensors} sensors; rig {used.name!r}")
         with Recorder(out, rig=text, append=append) as recorder:
             for number, pose in enumerate(_poses(device, stations), start=1):
@@ -58,8 +60,13 @@ def run(
                     recorder.add(sweep)
                     progress.check(sweep, used)
                 progress.end()
+        _report(device, out, sweeps=recorder.sweeps)
+
+
+def _report(device: "Device", out: Path, *, sweeps: int) -> None:
+    """Print what was recorded, and how often something went wrong."""
     problems = "".join(f"; {name}: {number}" for name, number in device.counts.items() if number)
-    put(f"{recorder.sweeps} sweeps{problems}")
+    put(f"{sweeps} sweeps{problems}")
     report_files(out, ["pings.csv", "rig.toml"])
 
 

@@ -1,7 +1,6 @@
 """Progress of a device's sweeps on the terminal, and faults of its sensors as soon as they show."""
 
 from collections import deque
-from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
 from rich.console import Console
@@ -10,7 +9,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 from echoplan.cli.terminal import logging_to, put
 
 if TYPE_CHECKING:
-    from echoplan.hardware import Record
+    from echoplan.hardware.messages import Record
     from echoplan.model import Rig, Sweep
 
 __all__ = ["SweepProgress"]
@@ -32,11 +31,9 @@ class SweepProgress:
         self._logging.__enter__()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._bar.stop()
-        self._logging.__exit__(kind, error, trace)
+        self._logging.__exit__(None, None, None)
 
     def begin(self, task: str, rig: "Rig", *, sweeps: int) -> None:
         """Draw an empty bar for the sweeps at a station."""

@@ -7,7 +7,6 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from itertools import count
-from types import TracebackType
 from typing import Self
 
 from echoplan.acoustics import Air
@@ -15,8 +14,8 @@ from echoplan.arrays import FloatArray
 from echoplan.errors import InputError, InvalidValueError
 from echoplan.geometry import identity
 from echoplan.hardware.jobs import ask, change_setting, end_job, identify, records_of, settings_of
+from echoplan.hardware.messages import Accepted, Begin, Done, End, Move, Record, Refused, Stop, Sweeps, Wheels
 from echoplan.hardware.port import Port, open_port, port_names
-from echoplan.hardware.protocol import Accepted, Begin, Done, End, Move, Record, Refused, Stop, Sweeps, Wheels
 from echoplan.hardware.readings import Timed, Track, Wheelbase, driven, sweep_of, timed
 from echoplan.model import Firing, Rig, Sweep
 
@@ -73,9 +72,7 @@ class Device:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     @property
@@ -119,15 +116,12 @@ class Device:
         InputError
             If the rig does not fit the device, or the device does not answer.
         """
-        strange = sorted(set(rig.sensor_ids.tolist()) - set(range(self.hello.sensors)))
-        if strange:
-            problem = f"the device has {self.hello.sensors} sensors, and the rig {rig.name!r} has a sensor {strange[0]}"
-            raise InputError(self.address, problem, remedy="name a rig.toml with the sensors of this device by --rig")
+        self._check_fits(rig)
         settings = device_settings(rig)
         made = 0
         while not number or made < number:
             pending, poses = list[Timed](), list[tuple[int, FloatArray]]()
-            command = Sweeps(job=next(self._jobs), count=number and number - made)
+            command = Sweeps(job=next(self._jobs), count=max(number - made, 0))
             for each in self._job(command, settings):
                 if isinstance(each.record, Begin):
                     pending, poses = [], [(each.stamp_ns, self.pose)]
@@ -154,19 +148,33 @@ class Device:
             raise InputError(self.address, "the connection was lost while the robot moved", remedy=remedy)
         return len({(each.left, each.right) for each in records if isinstance(each, Wheels)}) > 1
 
+    def _check_fits(self, rig: Rig) -> None:
+        """Refuse a rig with sensors that the device does not have."""
+        strange = sorted(set(rig.sensor_ids.tolist()) - set(range(self.hello.sensors)))
+        if strange:
+            problem = f"the device has {self.hello.sensors} sensors, and the rig {rig.name!r} has a sensor {strange[0]}"
+            raise InputError(self.address, problem, remedy="name a rig.toml with the sensors of this device by --rig")
+
+    def _begin(self, command: Sweeps | Move, settings: Mapping[str, int]) -> None:
+        """Begin a job with some settings."""
+        port = self._ports[0]
+        end_job(port)
+        for name, value in {**settings, "window": self.hello.window}.items():
+            change_setting(port, name, value=value)
+        answer = ask(port, command, Accepted)
+        if isinstance(answer, Refused):
+            problem = f"the device refuses to {command.WORD} ({answer.reason})"
+            raise InputError(self.address, problem, remedy="reset it, or update its firmware")
+
     def _job(self, command: Sweeps | Move, settings: Mapping[str, int]) -> Iterator[Timed]:
         """Yield the records of a job until it is complete or lost; in the latter case connect again."""
         port = self._ports[0]
         is_complete = False
         try:
-            end_job(port)
-            for name, value in {**settings, "window": self.hello.window}.items():
-                change_setting(port, name, value=value)
-            answer = ask(port, command, Accepted)
-            if isinstance(answer, Refused):
-                problem = f"the device refuses to {command.WORD} ({answer.reason})"
-                raise InputError(self.address, problem, remedy="reset it, or update its firmware")
-            for each in timed(records_of(port, command.job), now_ns=self._now_ns):
+            self._begin(command, settings)
+            records = records_of(port, command.job)
+            # The clock of a device may be fast: times must not go back from one job to the next.
+            for each in timed(records, now_ns=lambda: max(time.time_ns(), self._stamps_ns[0])):
                 if isinstance(each.record, Wheels) and self.wheels is not None:
                     self._tracks.append(driven(self._tracks[0], each.record, wheels=self.wheels))
                 self._stamps_ns.append(each.stamp_ns)
@@ -180,10 +188,6 @@ class Device:
             raise
         if not is_complete:
             self._connect_again()
-
-    def _now_ns(self) -> int:
-        # The clock of a device may be fast: times must not go back from one job to the next.
-        return max(time.time_ns(), self._stamps_ns[0])
 
     def _connect_again(self) -> None:
         """Wait until the device answers."""
@@ -210,23 +214,21 @@ def device_settings(rig: Rig) -> dict[str, int]:
     Raises ``InvalidValueError`` if no device can fire like this.
     """
     firing = rig.firing or Firing(period=_PERIOD, groups=tuple((each,) for each in rig.sensor_ids.tolist()))
-    is_together = len(firing.groups) == 1
-    if not is_together and max(map(len, firing.groups)) > 1:
-        raise InvalidValueError(
-            f"groups must fire all sensors together or each by itself for a device, not {firing.groups}"
-        )
+    if len(firing.groups) > 1 and max(map(len, firing.groups)) > 1:
+        problem = f"a device fires all sensors together or one after the other, not in groups {firing.groups}"
+        raise InvalidValueError(problem)
     guard_ms = math.ceil(1000 * firing.period - 1e-6)
-    flight = 2 * rig.max_ranges.max() / (rig.speed_of_sound or Air().speed_of_sound)
+    flight_ms = 2000 * rig.max_ranges.max() / (rig.speed_of_sound or Air().speed_of_sound)
     settings = {
         "guard": guard_ms,
         "dwell": guard_ms * len(firing.groups),
-        "together": int(is_together and len(rig.sensors) > 1),
-        "listen": min(math.ceil(1000 * flight), guard_ms),
+        "together": int(len(firing.groups[0]) > 1),
+        "listen": min(math.ceil(flight_ms), guard_ms),
     }
-    if rig.servo is not None:
-        angles = {name: getattr(rig.servo, name) for name in ("start", "stop", "step")}
-        settings |= {name: round(100 * math.degrees(angle)) for name, angle in angles.items()}
-    return settings
+    if rig.servo is None:
+        return settings
+    angles = {"start": rig.servo.start, "stop": rig.servo.stop, "step": rig.servo.step}
+    return settings | {name: round(100 * math.degrees(angle)) for name, angle in angles.items()}
 
 
 def wheelbase_of(port: Port) -> Wheelbase | None:

@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator
 from dataclasses import fields
+from itertools import count, takewhile
 
 from echoplan.errors import InputError
-from echoplan.hardware.port import Port
-from echoplan.hardware.protocol import (
+from echoplan.hardware.messages import (
     Accepted,
     Ack,
     Config,
@@ -21,6 +21,7 @@ from echoplan.hardware.protocol import (
     Stop,
     Value,
 )
+from echoplan.hardware.port import Port
 
 __all__ = ["ask", "change_setting", "end_job", "identify", "records_of", "settings_of"]
 
@@ -41,19 +42,11 @@ def ask(port: Port, command: Message, *answers: type[Message]) -> Message:
 
     Raises ``InputError`` if none does, ``OSError`` if the connection is lost.
     """
-    began = arrived = port.clock()
-    sent, lines = began - _REPEAT, port.lines
-    while (now := port.clock()) - arrived < _PATIENCE and now - began < _LONGEST:
-        if now - sent >= _REPEAT:
-            port.send(command)
-            sent = now
-        messages = list(port.receive())
-        if port.lines > lines:
-            arrived, lines = now, port.lines
-        for message in messages:
-            is_busy = isinstance(message, Refused) and message.reason == "busy"
-            if isinstance(message, (*answers, Refused)) and _is_answer(message, command) and not is_busy:
-                return message
+    for message in _answers_to(port, command):
+        # A job ends with its current ping: until then a device is busy.
+        is_refusal = isinstance(message, Refused) and message.reason != "busy"
+        if (is_refusal or isinstance(message, answers)) and _is_answer(message, command):
+            return message
     remedy = "check that it runs the firmware of echoplan, and that no other program has the port open"
     raise InputError(port.name, "no device of echoplan answers", remedy=remedy)
 
@@ -95,17 +88,14 @@ def settings_of(port: Port, *names: str) -> dict[str, int]:
 
     Raises as ``ask`` does.
     """
-    began, asked = port.clock(), -_SILENCE
     known: dict[str, int] = {}
-    while not known.keys() >= set(names):
-        if (now := port.clock()) - began > _PATIENCE:
-            remedy = "update its firmware"
-            raise InputError(port.name, f"the device does not report its settings {', '.join(names)}", remedy=remedy)
-        if now - asked >= _SILENCE:
-            port.send(Config())
-            asked = now
-        known |= {each.name: each.value for each in port.receive() if isinstance(each, Value)}
-    return {name: known[name] for name in names}
+    for message in _answers_to(port, Config()):
+        if isinstance(message, Value):
+            known[message.name] = message.value
+        if known.keys() >= set(names):
+            return {name: known[name] for name in names}
+    problem = f"the device does not report its settings {', '.join(names)}"
+    raise InputError(port.name, problem, remedy="update its firmware")
 
 
 def records_of(port: Port, job: int) -> Iterator[Record]:
@@ -115,32 +105,45 @@ def records_of(port: Port, job: int) -> Iterator[Record]:
     is lost.
     """
     early: dict[int, Record] = {}
-    expected, acknowledged = 0, 0
-    received = asked = port.clock()
-    while (now := port.clock()) - received < _LOST:
-        is_repeated = False
-        for message in port.receive():
-            received = now
-            if isinstance(message, Hello) or (isinstance(message, Pong) and message.job != job):
-                return
-            if isinstance(message, Record) and message.job == job:
-                is_repeated |= message.number < expected or message.number in early
-                early[message.number] = message
-        while expected in early:
-            record = early.pop(expected)
-            expected += 1
-            if isinstance(record, Done):
-                port.send(Ack(job=job, next=expected))
-                yield record
-                return
-            yield record
-        early = {number: record for number, record in early.items() if number > expected}
-        if is_repeated or expected - acknowledged >= _ACKNOWLEDGED:
+    expected = acknowledged = 0
+    for records in _records_from(port, job):
+        arrived = len(early) + len(records)
+        early |= {each.number: each for each in records if each.number >= expected}
+        is_repeated = len(early) < arrived
+        ready = [early.pop(number) for number in takewhile(early.__contains__, count(expected))]
+        expected += len(ready)
+        is_done = Done in map(type, ready)
+        if any((is_done, is_repeated, expected - acknowledged >= _ACKNOWLEDGED)):
             port.send(Ack(job=job, next=expected))
             acknowledged = expected
-        if now - max(received, asked) > _SILENCE:
-            port.send(Ping(token=job))
-            asked = now
+        yield from ready
+        if is_done:
+            return
+
+
+def _answers_to(port: Port, command: Message) -> Iterator[Message]:
+    """Repeat a command and yield what arrives, until the device is given up."""
+    began = port.clock()
+    sent = -_REPEAT
+    # The silence before the command does not count.
+    while (waited := port.clock() - began) < _LONGEST and min(waited, port.silence) < _PATIENCE:
+        if waited - sent >= _REPEAT:
+            port.send(command)
+            sent = waited
+        yield from port.receive()
+
+
+def _records_from(port: Port, job: int) -> Iterator[list[Record]]:
+    """Yield what arrives of a job until the device has lost it or is given up; a silent device is asked."""
+    began = port.clock()
+    while min(port.clock() - began, port.silence) < _LOST:
+        messages = list(port.receive())
+        # A device that was reset greets, or has job 0.
+        if {getattr(each, "job", 0) for each in messages if isinstance(each, Hello | Pong)} - {job}:
+            return
+        if port.silence > _SILENCE:
+            port.send(Ping(token=0))
+        yield [each for each in messages if isinstance(each, Record) and each.job == job]
 
 
 def _is_answer(message: Message, command: Message) -> bool:

@@ -2,19 +2,21 @@
 
 import re
 import time
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Protocol
 
 from echoplan.errors import InputError, MissingExtraError
-from echoplan.hardware.protocol import Decoder, Message, encode
+from echoplan.hardware.messages import Message
+from echoplan.hardware.protocol import Decoder, encode
 
-__all__ = ["Port", "Transport", "is_device", "open_port", "port_names"]
+__all__ = ["Port", "Transport", "open_port", "port_names"]
 
 _BAUD_RATE = 115_200
 # A read returns this soon [s], even when nothing has arrived.
 _LATENCY = 0.02
-_ADDRESS = re.compile(r"(?P<scheme>serial|tcp)://(?P<rest>.*)")
+_ADDRESS = re.compile(r"serial://(?P<serial>.+)|tcp://(?P<tcp>[^:/]+:[0-9]{1,5})/?")
 
 
 class Transport(Protocol):
@@ -51,11 +53,13 @@ class Port:
         self.clock = clock
         self._transport = transport
         self._decoder = Decoder()
+        # When the last line arrived, whole or damaged.
+        self._heard = deque([clock()], maxlen=1)
 
     @property
-    def lines(self) -> int:
-        """Number of lines that arrived, damaged ones included."""
-        return self._decoder.lines
+    def silence(self) -> float:
+        """Time since the last line arrived, whole or damaged [s]."""
+        return self.clock() - self._heard[0]
 
     @property
     def damaged(self) -> int:
@@ -68,7 +72,10 @@ class Port:
 
     def receive(self) -> Iterator[Message]:
         """Yield the messages that have arrived; ``OSError`` if the connection is lost."""
+        lines = self._decoder.lines
         yield from self._decoder.feed(self._transport.read())
+        if self._decoder.lines > lines:
+            self._heard.append(self.clock())
 
     def close(self) -> None:
         """Close the connection."""
@@ -94,15 +101,18 @@ class _SerialTransport:
         self._port.close()
 
 
-def is_device(text: str) -> bool:
-    """Whether a source is the address of a device: ``serial:///dev/ttyUSB0`` or ``tcp://echoplan.local:4000``."""
-    return _ADDRESS.fullmatch(text) is not None
-
-
 def port_names() -> tuple[str, ...]:
     """Return the serial ports of this computer.
 
-    Raises ``MissingExtraError`` if pyserial is not installed.
+    Returns
+    -------
+    tuple of str
+        Their names.
+
+    Raises
+    ------
+    MissingExtraError
+        If pyserial is not installed.
     """
     with _pyserial():
         from serial.tools.list_ports import comports  # noqa: PLC0415 - pyserial is optional
@@ -115,24 +125,19 @@ def open_port(address: str) -> Port:
     Raises ``InputError`` if it cannot be opened, ``MissingExtraError`` if pyserial is not installed.
     """
     found = _ADDRESS.fullmatch(address)
-    if found is None or (found["scheme"] == "tcp" and not re.fullmatch(r"[^:/]+:\d{1,5}/?", found["rest"])):
+    if found is None:
         remedy = "write serial:///dev/ttyUSB0 or tcp://echoplan.local:4000"
         raise InputError(address, "it is not the address of a device", remedy=remedy)
-    is_tcp = found["scheme"] == "tcp"
     with _pyserial():
         try:
-            transport = _SerialTransport(f"socket://{found['rest'].rstrip('/')}" if is_tcp else found["rest"])
+            transport = _SerialTransport(found["serial"] or f"socket://{found['tcp']}")
         except OSError as error:
             reason = (error.strerror or str(error)).rpartition(": ")[2]
-            remedy = "check that the device is switched on" if is_tcp else _remedy_for_serial(found["rest"])
+            remedy = "check that the device is switched on and in the same network"
+            if found["serial"]:
+                remedy = f"check the cable; the serial ports are: {', '.join(port_names()) or 'none'}"
             raise InputError(address, f"it cannot be opened: {reason}", remedy=remedy) from error
     return Port(name=address, transport=transport)
-
-
-def _remedy_for_serial(name: str) -> str:
-    known = [each for each in port_names() if each != name]
-    listed = f"the serial ports are {', '.join(known)}" if known else "no other serial port was found"
-    return f"check the cable and `echoplan doctor`; {listed}"
 
 
 @contextmanager

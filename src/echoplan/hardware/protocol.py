@@ -3,290 +3,19 @@
 import re
 import zlib
 from collections import Counter
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields
-from types import MappingProxyType
-from typing import Any, ClassVar
+from collections.abc import Iterator, Sequence
+from dataclasses import fields
+from typing import Any
 
 from echoplan.errors import InvalidValueError
+from echoplan.hardware.messages import BOUNDS, COMMANDS, REPLIES, Message, items
 
-__all__ = [
-    "Accepted",
-    "Ack",
-    "Air",
-    "Begin",
-    "Config",
-    "Decoder",
-    "Done",
-    "Echo",
-    "End",
-    "Hello",
-    "Identify",
-    "Message",
-    "Move",
-    "Ping",
-    "Pong",
-    "Record",
-    "Refused",
-    "Set",
-    "Stop",
-    "Sweeps",
-    "Value",
-    "Wheels",
-    "decode",
-    "encode",
-]
+__all__ = ["Decoder", "decode", "encode"]
 
 _LINE = re.compile(rb"\$([ -#%-)+-~]{1,80})\*([0-9A-F]{8})\r?")
 # The longest line: "$", a payload, "*", the checksum, carriage return.
 _LONGEST = 91
 _NUMBER = re.compile(r"0|-?[1-9][0-9]{0,9}")
-_NAME = re.compile(r"[A-Za-z0-9._-]{1,32}")
-_WORD, _SIGNED = (0, 2**32 - 1), (-(2**31), 2**31 - 1)
-# A field means the same in every message that has it.
-_BOUNDS: Mapping[str, tuple[int, int]] = MappingProxyType(
-    {
-        "angle": (-9000, 9000),
-        "clock": _WORD,
-        "count": (0, 65535),
-        "flight": (-1, 65535),
-        "left": _SIGNED,
-        "next": _WORD,
-        "number": _WORD,
-        "protocol": (1, 99),
-        "pulse": (0, 2500),
-        "right": _SIGNED,
-        "sensor": (0, 7),
-        "sensors": (1, 8),
-        "job": (0, 65535),
-        "sweep": (0, 65535),
-        "temperature": (-5500, 12500),
-        "token": (0, 65535),
-        "value": (-9000, 9000),
-        "window": (0, 255),
-    }
-)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Message:
-    """A line of the protocol; its fields are those of the line, in their order.
-
-    Raises
-    ------
-    InvalidValueError
-        If a field is out of its bounds.
-    """
-
-    WORD: ClassVar[str]
-
-    def __post_init__(self) -> None:
-        for name, value in _items(self):
-            if isinstance(value, int):
-                low, high = _BOUNDS[name]
-                if not low <= value <= high:
-                    raise InvalidValueError(f"{name} must be from {low} to {high}, not {value}")
-            elif not _NAME.fullmatch(value):
-                raise InvalidValueError(f"{name} must be letters, digits, '.', '_' and '-', not {value!r}")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Identify(Message):
-    """Ask the device to identify itself."""
-
-    WORD: ClassVar[str] = "hello"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Config(Message):
-    """Ask for all settings."""
-
-    WORD: ClassVar[str] = "config"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Set(Message):
-    """Change a setting."""
-
-    WORD: ClassVar[str] = "set"
-
-    name: str
-    value: int
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Ping(Message):
-    """Check the connection."""
-
-    WORD: ClassVar[str] = "ping"
-
-    token: int
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Sweeps(Message):
-    """Make sweeps; 0 until stopped."""
-
-    WORD: ClassVar[str] = "sweep"
-
-    job: int
-    count: int
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Stop(Message):
-    """End a job."""
-
-    WORD: ClassVar[str] = "stop"
-
-    job: int
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Move(Message):
-    """Report the wheels; with the capability ``drive``, drive to the next station."""
-
-    WORD: ClassVar[str] = "move"
-
-    job: int
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Ack(Message):
-    """All records before a number have arrived."""
-
-    WORD: ClassVar[str] = "ack"
-
-    job: int
-    next: int
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Hello(Message):
-    """What a device is."""
-
-    WORD: ClassVar[str] = "hello"
-
-    protocol: int
-    firmware: str
-    board: str
-    sensors: int
-    window: int
-    capabilities: str
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Value(Message):
-    """A setting."""
-
-    WORD: ClassVar[str] = "value"
-
-    name: str
-    value: int
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Pong(Message):
-    """Answer to a ping, with the current job; 0: none."""
-
-    WORD: ClassVar[str] = "pong"
-
-    token: int
-    job: int
-    clock: int
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Accepted(Message):
-    """A command was received."""
-
-    WORD: ClassVar[str] = "accepted"
-
-    command: str
-    job: int
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Refused(Message):
-    """A command cannot be obeyed."""
-
-    WORD: ClassVar[str] = "refused"
-
-    command: str
-    reason: str
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Record(Message):
-    """A numbered line: its job, its number in the job, and the time of the device [us]."""
-
-    job: int
-    number: int
-    clock: int
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Begin(Record):
-    """A sweep begins."""
-
-    WORD: ClassVar[str] = "begin"
-
-    sweep: int
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Echo(Record):
-    """A ping: pulse [us] and angle [0.01 deg] of the servo, time of flight [us]; 0: no echo, -1: faulty."""
-
-    WORD: ClassVar[str] = "echo"
-
-    sensor: int
-    pulse: int
-    angle: int
-    flight: int
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Air(Record):
-    """Temperature of the air [0.01 deg C]."""
-
-    WORD: ClassVar[str] = "air"
-
-    temperature: int
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Wheels(Record):
-    """Counts of the wheel encoders."""
-
-    WORD: ClassVar[str] = "wheels"
-
-    left: int
-    right: int
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class End(Record):
-    """A sweep is complete."""
-
-    WORD: ClassVar[str] = "end"
-
-    sweep: int
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Done(Record):
-    """A job is complete."""
-
-    WORD: ClassVar[str] = "done"
-
-
-def _by_word(*kinds: type[Message]) -> Mapping[str, type[Message]]:
-    return MappingProxyType({kind.WORD: kind for kind in kinds})
-
-
-_COMMANDS = _by_word(Identify, Config, Set, Ping, Sweeps, Stop, Move, Ack)
-_REPLIES = _by_word(Hello, Value, Pong, Accepted, Refused, Begin, Echo, Air, Wheels, End, Done)
 
 
 def encode(message: Message) -> bytes:
@@ -307,7 +36,7 @@ def encode(message: Message) -> bytes:
     >>> encode(Ping(token=7))
     b'$ping,7*392F2A6A\n'
     """
-    payload = ",".join([message.WORD, *(str(value) for _, value in _items(message))]).encode("ascii")
+    payload = ",".join([message.WORD, *(str(value) for _, value in items(message))]).encode("ascii")
     return b"$%b*%08X\n" % (payload, zlib.crc32(payload))
 
 
@@ -337,17 +66,19 @@ def decode(line: bytes, *, is_command: bool = False) -> Message | None:
     if found is None or zlib.crc32(found[1]) != int(found[2], 16):
         return None
     word, *texts = found[1].decode("ascii").split(",")
-    kind = (_COMMANDS if is_command else _REPLIES).get(word)
-    names = [] if kind is None else [each.name for each in fields(kind)]
-    if kind is None or len(names) != len(texts):
-        return None
-    values: dict[str, Any] = {}
-    for name, text in zip(names, texts, strict=True):
-        if name in _BOUNDS and not _NUMBER.fullmatch(text):
-            return None
-        values[name] = int(text) if name in _BOUNDS else text
+    kind = (COMMANDS if is_command else REPLIES).get(word)
+    return None if kind is None else _parsed(kind, texts)
+
+
+def _parsed(kind: type[Message], texts: Sequence[str]) -> Message | None:
+    """Make a message of its fields; None if there are more or fewer, or one is out of its bounds."""
+    names = [each.name for each in fields(kind)]
+    values: dict[str, Any] = dict(zip(names, texts, strict=False))
+    for name in BOUNDS.keys() & values.keys():
+        # A number has no leading zeros and no plus sign.
+        values[name] = int(values[name]) if _NUMBER.fullmatch(values[name]) else values[name]
     try:
-        return kind(**values)
+        return kind(**values) if len(names) == len(texts) else None
     except InvalidValueError:
         return None
 
@@ -391,7 +122,3 @@ class Decoder:
                 self._counts["damaged"] += 1
         # Only the last bytes of endless noise can belong to a message.
         del self._pending[:-_LONGEST]
-
-
-def _items(message: Message) -> list[tuple[str, Any]]:
-    return [(each.name, getattr(message, each.name)) for each in fields(message)]

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 from echoplan.acoustics import Air
 from echoplan.arrays import FloatArray
 from echoplan.geometry import compose
-from echoplan.hardware.protocol import Air as Temperature
-from echoplan.hardware.protocol import Echo, Record, Wheels
+from echoplan.hardware.messages import Air as Temperature
+from echoplan.hardware.messages import Echo, Record, Wheels
 from echoplan.model import Rig, Sweep
 
 __all__ = ["Timed", "Track", "Wheelbase", "driven", "ranges_of", "sweep_of", "timed"]
@@ -124,21 +124,19 @@ def sweep_of(records: Sequence[Timed], *, index: int, rig: Rig, poses: Sequence[
     UnknownNameError
         If a sensor is not part of the rig.
     """
-    pings = [(each.stamp_ns, each.record) for each in records if isinstance(each.record, Echo)]
-    stamps_ns = np.array([stamp_ns for stamp_ns, _ in pings], dtype=np.int64)
-    echoes = [record for _, record in pings]
-    sensor_ids = [echo.sensor for echo in echoes]
+    echoes = [(each.stamp_ns, each.record) for each in records if isinstance(each.record, Echo)]
+    columns = [(stamp_ns, echo.sensor, echo.angle, echo.flight) for stamp_ns, echo in echoes]
+    stamps_ns, sensor_ids, angles, flights = np.array(columns, dtype=np.int64).reshape(-1, 4).T
     temperatures = [0.01 * each.record.temperature for each in records if isinstance(each.record, Temperature)]
-    times_ns, knots = zip(*poses, strict=True)
+    times_ns, known = zip(*poses, strict=True)
     # Differences, because nanoseconds since 1970 do not fit a float.
-    since = stamps_ns - times_ns[0]
-    known = np.array(times_ns, dtype=np.int64) - times_ns[0]
+    since, knots = stamps_ns - times_ns[0], np.array(times_ns, dtype=np.int64) - times_ns[0]
     return Sweep(
         index=index,
         stamps_ns=stamps_ns,
-        sensor_ids=np.array(sensor_ids, dtype=np.int64),
-        servo_angles=np.radians([0.01 * echo.angle for echo in echoes]),
-        ranges=ranges_of([echo.flight for echo in echoes], sensor_ids, rig=rig),
-        map_from_base=np.column_stack([np.interp(since, known, column) for column in np.array(knots).T]),
-        temperature=temperatures[0] if temperatures else math.nan,
+        sensor_ids=sensor_ids,
+        servo_angles=np.radians(0.01 * angles),
+        ranges=ranges_of(flights, sensor_ids, rig=rig),
+        map_from_base=np.column_stack([np.interp(since, knots, column) for column in np.array(known).T]),
+        temperature=next(iter(temperatures), math.nan),
     )

@@ -2,19 +2,18 @@
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TypeVar
+from typing import Any
 
 import numpy as np
 import pytest
 
 from echoplan.hardware.head import FIRMWARE, SETTINGS, Board, Head, line_of, read_command
-from echoplan.hardware.protocol import (
+from echoplan.hardware.messages import (
     Accepted,
     Ack,
     Air,
     Begin,
     Config,
-    Decoder,
     Done,
     Echo,
     End,
@@ -31,11 +30,10 @@ from echoplan.hardware.protocol import (
     Sweeps,
     Value,
     Wheels,
-    encode,
 )
+from echoplan.hardware.protocol import Decoder, encode
 from echoplan.version import __version__
 
-Kind = TypeVar("Kind", bound=Message)
 LINES = Path(__file__).parents[2] / "golden" / "protocol" / "lines.tsv"
 MILLISECOND = 1000
 
@@ -113,7 +111,7 @@ class Conversation:
         return self.head.advance(self.clocks[0])
 
 
-def of_kind(kind: type[Kind], messages: list[Message]) -> list[Kind]:
+def of_kind(kind: Any, messages: list[Message]) -> list[Any]:
     return [message for message in messages if isinstance(message, kind)]
 
 
