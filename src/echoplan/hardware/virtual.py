@@ -134,7 +134,7 @@ class VirtualBoard(Board):
         stuck: int | None = None,
     ) -> None:
         if len(rig.sensors) > _MOST_SENSORS:
-            raise InvalidValueError(f"a device has at most {_MOST_SENSORS} sensors, and the rig {len(rig.sensors)}")
+            raise InvalidValueError(f"a device has at most {_MOST_SENSORS} sensors, and the rig has {len(rig.sensors)}")
         settings = settings or SimulationSettings()
         transducer = rig.transducer or typical_transducer(rig.sensors[0])
         self.rig = rig
