@@ -16,7 +16,8 @@ from echoplan.cli.device import run
 from echoplan.errors import InputError, InvalidValueError
 from echoplan.geometry import wrap
 from echoplan.hardware.faulty import Faults, VirtualDevice, parse_faults
-from echoplan.hardware.protocol import Decoder, Done, Echo, Hello, Identify, Message, Move, Set, Sweeps, Wheels, encode
+from echoplan.hardware.messages import Done, Echo, Hello, Identify, Message, Move, Set, Sweeps, Wheels
+from echoplan.hardware.protocol import Decoder, encode
 from echoplan.hardware.readings import Track, Wheelbase, driven, ranges_of
 from echoplan.hardware.serving import PtyEndpoint, TcpEndpoint, serve
 from echoplan.hardware.virtual import COUNTS_PER_METRE, WHEEL_BASE, VirtualBoard
@@ -70,7 +71,7 @@ def test_a_sweep_reads_what_the_simulator_makes_of_the_first_station() -> None:
     rig = builtin_rig("rotary-array")
     simulation = Simulation(world=builtin_world("square"), rig=rig, route=builtin_route("square"), settings=EXACT)
     sweep = next(iter(simulation))
-    heard = Host(device_of()).hear(*settings(together=1, settle=0), Sweeps(session=1, count=1), milliseconds=2400)
+    heard = Host(device_of()).hear(*settings(together=1, settle=0), Sweeps(job=1, count=1), milliseconds=2400)
     echoes = [each for each in heard if isinstance(each, Echo)]
     assert [each.sensor for each in echoes] == sweep.sensor_ids.tolist()
     np.testing.assert_allclose([each.angle for each in echoes], 100 * np.degrees(sweep.servo_angles), atol=0.6)
@@ -84,7 +85,7 @@ def test_a_sweep_reads_what_the_simulator_makes_of_the_first_station() -> None:
 def test_the_same_seed_sends_the_same_bytes() -> None:
     def sent(seed: int) -> bytes:
         device = device_of(seed=seed, faults=Faults(noise=0.001))
-        return Host(device).bytes_after(*settings(settle=0), Sweeps(session=1, count=0), milliseconds=300)
+        return Host(device).bytes_after(*settings(settle=0), Sweeps(job=1, count=0), milliseconds=300)
 
     assert sent(1) == sent(1)
     assert sent(1) != sent(2)
@@ -123,7 +124,7 @@ def test_dead_reckoning_from_the_counts_finds_every_station() -> None:
     wheels = Wheelbase(tick=1 / COUNTS_PER_METRE, width=WHEEL_BASE)
     track = Track(pose=STATIONS[0])
     for number, station in enumerate(STATIONS[1:], start=1):
-        records = host.hear(Move(session=number), milliseconds=15_000)
+        records = host.hear(Move(job=number), milliseconds=15_000)
         assert isinstance(records[-1], Done)
         for each in records:
             track = driven(track, each, wheels=wheels) if isinstance(each, Wheels) else track
@@ -131,20 +132,20 @@ def test_dead_reckoning_from_the_counts_finds_every_station() -> None:
         np.testing.assert_allclose(track.pose[:2], station[:2], atol=1.5e-3)
         np.testing.assert_allclose(wrap(track.pose[2] - station[2]), 0.0, atol=5e-4)
     # At the last station there is nowhere to go.
-    records = host.hear(Move(session=99), milliseconds=100)
+    records = host.hear(Move(job=99), milliseconds=100)
     assert isinstance(records[-1], Done)
     assert {(each.left, each.right) for each in records if isinstance(each, Wheels)} == {host.device.board.wheels()}
 
 
 def test_a_drive_that_was_interrupted_goes_on_to_the_same_station_and_a_reset_zeroes_the_counts() -> None:
     host = Host(device_of())
-    host.hear(Move(session=1), milliseconds=1500)
+    host.hear(Move(job=1), milliseconds=1500)
     assert host.device.board.is_driving
     before = host.device.board.map_from_base
     host.device.board.reset()
     assert host.device.board.wheels() == (0, 0)
     np.testing.assert_array_equal(host.device.board.map_from_base, before)
-    host.hear(Move(session=2), milliseconds=15_000)
+    host.hear(Move(job=2), milliseconds=15_000)
     np.testing.assert_allclose(host.device.board.map_from_base, STATIONS[1])
 
 
@@ -161,7 +162,7 @@ def test_faults_are_read_and_refused_as_they_are_typed() -> None:
 
 def test_a_silent_sensor_never_hears_and_a_stuck_one_is_faulty() -> None:
     host = Host(device_of(faults=Faults(silent=0, stuck=3)))
-    heard = host.hear(*settings(settle=0), Sweeps(session=1, count=0), milliseconds=1000)
+    heard = host.hear(*settings(settle=0), Sweeps(job=1, count=0), milliseconds=1000)
     echoes = [each for each in heard if isinstance(each, Echo)]
     assert {each.flight for each in echoes if each.sensor == 0} == {0}
     assert {each.flight for each in echoes if each.sensor == 3} == {-1}
