@@ -323,17 +323,22 @@ class Head:
             while set(sensors) & set(self.board.recovering()):
                 yield True
             fired = state["clock"]
-            self.board.fire(sensors, 1000 * settings["listen"])
-            flights = None
-            while flights is None:
-                yield False
-                flights = self.board.flights()
+            flights = yield from self._listen(sensors)
             for place, sensor in enumerate(sensors):
-                # A board that was held up may time an echo too late.
-                flight = flights[place] if flights[place] <= 1000 * settings["listen"] else 0
-                self._record("echo", fired, sensor, pulse, angle, flight)
+                self._record("echo", fired, sensor, pulse, angle, flights[place])
             due = 0 if settings["together"] else fired + 1000 * settings["guard"]
         return due
+
+    def _listen(self, sensors: list[int]) -> "Generator[bool, None, list[int]]":
+        """Fire sensors and return their times of flight."""
+        limit = 1000 * self.settings["listen"]
+        self.board.fire(sensors, limit)
+        flights = None
+        while flights is None:
+            yield False
+            flights = self.board.flights()
+        # A board that was held up may time an echo too late.
+        return [flight if flight <= limit else 0 for flight in flights]
 
     def _moves(self) -> "Iterator[bool]":
         """Report the wheels until the drive is over."""

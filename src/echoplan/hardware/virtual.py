@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from echoplan.acoustics import typical_transducer
-from echoplan.arrays import FloatArray
+from echoplan.arrays import FloatArray, IntArray
 from echoplan.errors import InvalidValueError
 from echoplan.geometry import compose, wrap
 from echoplan.hardware.head import Board
@@ -188,8 +188,8 @@ class VirtualBoard(Board):
         self._state["pulse"] = pulse_us
 
     def fire(self, sensors: list[int], listen_us: int) -> None:
-        """Trigger sensors at once; what they will hear is decided now."""
-        clock, settings, module = self._state["clock"], self.settings, self._acoustics.module
+        """Trigger sensors at once; their echoes are simulated now."""
+        clock, settings = self._state["clock"], self.settings
         turn = (self._state["pulse"] - SERVO_ZERO) / SERVO_GAIN * math.pi / 2 if self.rig.servo else 0.0
         angle = settings.servo_offset + settings.servo_gain * turn if self.rig.servo else 0.0
         in_base = self.rig.base_from_sensors(self.rig.sensor_ids[sensors], np.full(len(sensors), angle))
@@ -202,12 +202,7 @@ class VirtualBoard(Board):
             self._shots.popleft()
         ranges = self._acoustics.ranges(list(self._shots), shots, rng=self._rng)
         self._shots.extend(shots)
-        # An echo within the dead distance gives a short pulse; a reading at either end of the range stays within it.
-        per_metre = 2e6 / module.speed_of_sound
-        shortest, longest = module.min_ranges[sensors] * per_metre, module.max_ranges[sensors] * per_metre
-        flights = np.clip(np.round(ranges * per_metre), np.ceil(shortest), np.floor(longest))
-        flights = np.where(ranges == -np.inf, np.round(shortest / 2), flights)
-        flights = np.where((ranges == np.inf) | (flights > listen_us), _NO_ECHO, flights).astype(int)
+        flights = _flights_of(ranges, sensors, module=self._acoustics.module, listen_us=listen_us)
         self._flights[:] = [self._faulty.get(sensor, int(each)) for sensor, each in zip(sensors, flights, strict=True)]
         waits = [flight if flight > 0 else listen_us for flight in self._flights if flight != _FAULTY]
         self._state["ready"] = clock + max(waits, default=0)
@@ -246,6 +241,16 @@ class VirtualBoard(Board):
         self._wheels += _ways_of_wheels(motions)
         self._pose[:] = self.map_from_base
         self._legs.clear()
+
+
+def _flights_of(ranges: FloatArray, sensors: list[int], *, module: Module, listen_us: int) -> IntArray:
+    """Convert readings [m], shape (n,), to times of flight [us]."""
+    # An echo within the dead distance gives a short pulse; a reading at either end of the range stays within it.
+    per_metre = 2e6 / module.speed_of_sound
+    shortest, longest = module.min_ranges[sensors] * per_metre, module.max_ranges[sensors] * per_metre
+    flights = np.clip(np.round(ranges * per_metre), np.ceil(shortest), np.floor(longest))
+    flights = np.where(ranges == -np.inf, np.round(shortest / 2), flights)
+    return np.where((ranges == np.inf) | (flights > listen_us), _NO_ECHO, flights).astype(np.int64)
 
 
 def _ways_of_wheels(motion: FloatArray) -> FloatArray:
