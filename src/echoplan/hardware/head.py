@@ -241,10 +241,8 @@ class Head:
         """Return whether a value fits the board and the other settings."""
         if name == "window":
             return value <= self.board.window
-        if name == "start":
-            return value < self.settings["stop"]
-        if name == "stop":
-            return value > self.settings["start"]
+        if name in ("start", "stop"):
+            return value < self.settings["stop"] if name == "start" else value > self.settings["start"]
         return name != "gain" or value != 0
 
     def _ack(self, job: int, following: int) -> None:
@@ -288,8 +286,7 @@ class Head:
 
     def _sweeps(self, count: int) -> "Iterator[bool]":
         """Make sweeps to and fro; yield, whenever it waits, whether the job may end there."""
-        state, settings = self._state, self.settings
-        due = state["clock"]
+        state, settings, due = self._state, self.settings, self._state["clock"]
         for sweep in range(count):
             angles = list(range(settings["start"], settings["stop"] + 1, settings["step"]))
             if sweep % 2:
@@ -316,8 +313,7 @@ class Head:
     def _step(self, angle: int) -> "Generator[bool, None, int]":
         """Fire every sensor once, and return from when on the next may fire."""
         state, settings, every = self._state, self.settings, list(range(self.board.sensors))
-        pulse = self._pulse_of(angle) if self._has("servo") else 0
-        due = 0
+        pulse, due = self._pulse_of(angle) if self._has("servo") else 0, 0
         for sensors in [every] if settings["together"] else [[sensor] for sensor in every]:
             yield from self._wait(due)
             while set(sensors) & set(self.board.recovering()):
@@ -392,10 +388,8 @@ class Head:
 
     def _record(self, word: str, clock: int, *fields: int) -> None:
         state = self._state
-        payload = f"{word},{state['job']},{state['number']},{clock % _CLOCK}"
-        for field in fields:
-            payload += f",{field}"
-        line = line_of(payload)
+        numbers = (state["job"], state["number"], clock % _CLOCK, *fields)
+        line = line_of(",".join([word] + [str(number) for number in numbers]))
         state["number"] += 1
         self._output.append(line)
         if state["window"]:

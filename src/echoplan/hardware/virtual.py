@@ -190,22 +190,22 @@ class VirtualBoard(Board):
     def fire(self, sensors: list[int], listen_us: int) -> None:
         """Trigger sensors at once; their echoes are simulated now."""
         clock, settings = self._state["clock"], self.settings
-        turn = (self._state["pulse"] - SERVO_ZERO) / SERVO_GAIN * math.pi / 2 if self.rig.servo else 0.0
+        turn = (self._state["pulse"] - SERVO_ZERO) / SERVO_GAIN * math.pi / 2
         angle = settings.servo_offset + settings.servo_gain * turn if self.rig.servo else 0.0
         in_base = self.rig.base_from_sensors(self.rig.sensor_ids[sensors], np.full(len(sensors), angle))
-        poses = compose(self.map_from_base, in_base).tolist()
-        shots = [
-            _Shot(clock_us=clock, sensor=sensor, map_from_sensor=tuple(pose))
-            for sensor, pose in zip(sensors, poses, strict=True)
-        ]
+        poses = map(tuple, compose(self.map_from_base, in_base).tolist())
+        placed = zip(sensors, poses, strict=True)
+        shots = [_Shot(clock_us=clock, sensor=sensor, map_from_sensor=pose) for sensor, pose in placed]
         while self._shots and clock - self._shots[0].clock_us > 1e6 * (self._acoustics.memory or 0.0):
             self._shots.popleft()
         ranges = self._acoustics.ranges(list(self._shots), shots, rng=self._rng)
         self._shots.extend(shots)
         flights = _flights_of(ranges, sensors, module=self._acoustics.module, listen_us=listen_us)
         self._flights[:] = [self._faulty.get(sensor, int(each)) for sensor, each in zip(sensors, flights, strict=True)]
-        waits = [flight if flight > 0 else listen_us for flight in self._flights if flight != _FAULTY]
-        self._state["ready"] = clock + max(waits, default=0)
+        # A faulty sensor answers at once, and one without echo when it stops listening.
+        answered = np.array(self._flights)
+        waits = np.select([answered == _FAULTY, answered > 0], [0, answered], listen_us)
+        self._state["ready"] = clock + int(waits.max())
 
     def flights(self) -> list[int] | None:
         """Return the times of flight, once the last echo has come or the sensors have ceased to listen."""
