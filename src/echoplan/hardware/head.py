@@ -388,8 +388,9 @@ class Head:
 
     def _record(self, word: str, clock: int, *fields: int) -> None:
         state = self._state
-        numbers = (state["job"], state["number"], clock % _CLOCK, *fields)
-        line = line_of(",".join([word] + [str(number) for number in numbers]))
+        # MicroPython unpacks nothing within a list.
+        numbers = [state["job"], state["number"], clock % _CLOCK]
+        line = line_of(",".join([word] + [str(number) for number in numbers + list(fields)]))
         state["number"] += 1
         self._output.append(line)
         if state["window"]:
