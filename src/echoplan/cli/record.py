@@ -84,13 +84,28 @@ def _rig_of(name: str, device: "Device") -> "tuple[Rig, str]":
 def _poses(device: "Device", stations: "Sequence[FloatArray]") -> "Iterator[FloatArray]":
     """Yield where the robot stands [m, m, rad], station by station."""
     if "drive" in device.capabilities:
-        yield stations[0] if stations else device.pose
+        return _driven_poses(device, stations)
+    return _announced_poses(stations) if stations else _asked_poses()
+
+
+def _driven_poses(device: "Device", stations: "Sequence[FloatArray]") -> "Iterator[FloatArray]":
+    """Let the device drive from station to station: those that are given, or where it says that it is."""
+    yield stations[0] if stations else device.pose
+    if len(stations) > 1:
+        for station in stations[1:]:
+            device.move(is_surveyed=True)
+            yield station
+    else:
         while device.move():
             yield device.pose
-    elif stations:
-        yield from stations
-    else:
-        yield from _asked_poses()
+
+
+def _announced_poses(stations: "Sequence[FloatArray]") -> "Iterator[FloatArray]":
+    """Let the user carry the robot from station to station."""
+    for number, station in enumerate(stations, start=1):
+        if sys.stdin.isatty():
+            typer.prompt(f"Place the robot at station {number} and press Enter", default="", show_default=False)
+        yield station
 
 
 def _asked_poses() -> "Iterator[FloatArray]":

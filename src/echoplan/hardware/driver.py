@@ -5,7 +5,8 @@ import math
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from itertools import count
 from typing import Self
 
@@ -14,7 +15,7 @@ from echoplan.arrays import FloatArray
 from echoplan.errors import InputError, InvalidValueError
 from echoplan.geometry import identity
 from echoplan.hardware.jobs import ask, change_setting, end_job, identify, records_of, settings_of
-from echoplan.hardware.messages import Accepted, Begin, Done, End, Move, Record, Refused, Stop, Sweeps, Wheels
+from echoplan.hardware.messages import Accepted, Begin, Done, End, Hello, Move, Record, Refused, Stop, Sweeps, Wheels
 from echoplan.hardware.port import Port, open_port, port_names
 from echoplan.hardware.readings import Timed, Track, Wheelbase, driven, sweep_of, timed
 from echoplan.model import Firing, Rig, Sweep
@@ -66,14 +67,27 @@ class Device:
         self._tracks = deque([Track(pose=identity())], maxlen=1)
         self._stamps_ns = deque([0], maxlen=1)
         self._ports.append(connect(address))
-        self.hello = identify(self._ports[0])
-        self.wheels = wheelbase_of(self._ports[0]) if "wheels" in self.capabilities else None
+        self._greetings = deque[_Greeting](maxlen=1)
+        try:
+            self._greet()
+        except OSError as error:
+            self._connect_again(error)
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    @property
+    def hello(self) -> Hello:
+        """What the device is."""
+        return self._greetings[0].hello
+
+    @property
+    def wheels(self) -> Wheelbase | None:
+        """The geometry of its wheels; None if it has none, or does not state it."""
+        return self._greetings[0].wheels
 
     @property
     def capabilities(self) -> frozenset[str]:
@@ -134,19 +148,37 @@ class Device:
                     pending, made = [], made + 1
             self._counts["interrupted"] += bool(pending)
 
-    def move(self) -> bool:
+    def move(self, *, is_surveyed: bool = False) -> bool:
         """Let the device drive to its next station; False if its wheels did not turn: there is none.
+
+        Parameters
+        ----------
+        is_surveyed : bool, optional
+            Whether the pose of that station is known, so that a drive may be interrupted.
 
         Raises
         ------
         InputError
-            If the connection is lost on the way, so that the pose of the robot is unknown.
+            If the connection is lost on the way and the pose is unknown.
         """
-        records = [each.record for each in self._job(Move(job=next(self._jobs)), {})]
-        if not records or not isinstance(records[-1], Done):
-            remedy = "place the robot by hand and continue with --append"
-            raise InputError(self.address, "the connection was lost while the robot moved", remedy=remedy)
-        return len({(each.left, each.right) for each in records if isinstance(each, Wheels)}) > 1
+        counts = set[tuple[int, int]]()
+        record: Record | None = None
+        while not isinstance(record, Done):
+            if record and not is_surveyed:
+                remedy = "place the robot by hand and continue with --append"
+                raise InputError(self.address, "the connection was lost while the robot moved", remedy=remedy)
+            for each in self._job(Move(job=next(self._jobs)), {}):
+                record = each.record
+                if isinstance(record, Wheels):
+                    counts.add((record.left, record.right))
+        return len(counts) > 1
+
+    def _greet(self) -> None:
+        """Ask the device what it is."""
+        port = self._ports[0]
+        hello = identify(port)
+        wheels = wheelbase_of(port) if "wheels" in hello.capabilities.split("-") else None
+        self._greetings.append(_Greeting(hello=hello, wheels=wheels))
 
     def _check_fits(self, rig: Rig) -> None:
         """Refuse a rig with sensors that the device does not have."""
@@ -169,7 +201,7 @@ class Device:
     def _job(self, command: Sweeps | Move, settings: Mapping[str, int]) -> Iterator[Timed]:
         """Yield the records of a job until it is complete or lost; in the latter case connect again."""
         port = self._ports[0]
-        is_complete = False
+        is_complete, reason = False, None
         try:
             self._begin(command, settings)
             records = records_of(port, command.job)
@@ -182,30 +214,41 @@ class Device:
                 is_complete = isinstance(each.record, Done)
                 yield each
         except OSError as error:
-            _LOG.warning("%s: the connection is lost (%s); trying again", self.address, error)
+            reason = error
         except GeneratorExit:
-            ask(port, Stop(job=command.job), Accepted)
+            # Nobody asks for more.
+            with suppress(OSError, InputError):
+                ask(port, Stop(job=command.job), Accepted)
             raise
         if not is_complete:
-            self._connect_again()
+            self._connect_again(reason)
 
-    def _connect_again(self) -> None:
+    def _connect_again(self, reason: Exception | None = None) -> None:
         """Wait until the device answers."""
+        _LOG.warning("%s: the connection is lost (%s); trying again", self.address, reason or "the device was reset")
         self._counts["lost"] += 1
         # A device that was reset counts from zero.
         self._tracks.append(replace(self._tracks[0], counts=None))
         for attempt in count():
             try:
                 # After a reset the port is still open.
-                if attempt:
+                if attempt or reason:
                     self._counts["damaged"] += self._ports[0].damaged
                     self._ports[0].close()
                     self._ports.append(self._connect(self.address))
-                identify(self._ports[0])
+                self._greet()
             except (InputError, OSError):
                 time.sleep(_AGAIN)
             else:
                 return
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Greeting:
+    """What a device says of itself."""
+
+    hello: Hello
+    wheels: Wheelbase | None
 
 
 def device_settings(rig: Rig) -> dict[str, int]:
