@@ -77,7 +77,7 @@ def _number(name: str, text: str, *, default: float, most: float) -> float:
 class VirtualDevice:
     """A device on a simulated board, and the line to it with its faults; all moments are those of its clock.
 
-    A device does not reset while it drives: what its wheels turned since their last report would be lost.
+    A device neither resets nor vanishes while it drives: what its wheels turned since their last report would be lost.
 
     Parameters
     ----------
@@ -113,14 +113,14 @@ class VirtualDevice:
 
     def advance(self, clock_us: int) -> bytes:
         """Do what is due at this time, and return what comes out of the line."""
-        times = self._times
-        if self.faults.resets and clock_us >= times["reset"] and not self.board.is_driving:
+        times, is_driving = self._times, self.board.is_driving
+        if self.faults.resets and clock_us >= times["reset"] and not is_driving:
             times["reset"] = self._later(clock_us, _EVERY)
             self.board.reset()
             self._heads[0] = Head(self.board)
         if times["plug"] and clock_us >= times["plug"]:
             times["plug"], times["unplug"] = 0, self._later(clock_us, _EVERY)
-        elif self.faults.unplug and self.is_plugged and clock_us >= times["unplug"]:
+        elif self.faults.unplug and self.is_plugged and clock_us >= times["unplug"] and not is_driving:
             times["plug"] = self._later(clock_us, _AWAY)
         data = self.head.advance(clock_us)
         return self._damaged(data) if self.is_plugged else b""
