@@ -77,7 +77,8 @@ def _number(name: str, text: str, *, default: float, most: float) -> float:
 class VirtualDevice:
     """A device on a simulated board, and the line to it with its faults; all moments are those of its clock.
 
-    A device neither resets nor vanishes while it drives: what its wheels turned since their last report would be lost.
+    A device neither resets nor vanishes between leaving a station and the next ping: the host could not know how far
+    the wheels had turned since their last report.
 
     Parameters
     ----------

@@ -158,8 +158,9 @@ class VirtualBoard(Board):
         # Where the robot was when its drive began, or ended.
         self._pose = np.array(stations[0], dtype=np.float64)
         self._wheels = np.zeros(2)
-        # The clock, when the sensors are ready, and the index of the station that it left last, all integers.
-        self._state = {"clock": 0, "ready": 0, "station": 0, "pulse": SERVO_ZERO}
+        # The clock, when the sensors are ready, the index of the station where it was last, and whether it has left it
+        # or a later one without a ping since.
+        self._state = {"clock": 0, "ready": 0, "station": 0, "pulse": SERVO_ZERO, "left": 0}
 
     @property
     def map_from_base(self) -> FloatArray:
@@ -171,8 +172,8 @@ class VirtualBoard(Board):
 
     @property
     def is_driving(self) -> bool:
-        """Whether the robot is on its way."""
-        return bool(self._legs)
+        """Whether the robot has left a station and has not fired since."""
+        return bool(self._state["left"])
 
     def reset(self) -> None:
         """Do to the board what a reset does: it stops, and its counters begin at 0."""
@@ -200,6 +201,7 @@ class VirtualBoard(Board):
             self._shots.popleft()
         ranges = self._acoustics.ranges(list(self._shots), shots, rng=self._rng)
         self._shots.extend(shots)
+        self._state["left"] = 0
         flights = _flights_of(ranges, sensors, module=self._acoustics.module, listen_us=listen_us)
         self._flights[:] = [self._faulty.get(sensor, int(each)) for sensor, each in zip(sensors, flights, strict=True)]
         # A faulty sensor answers at once, and one without echo when it stops listening.
@@ -226,6 +228,7 @@ class VirtualBoard(Board):
         following = self._state["station"] + 1
         if following < len(self.stations):
             self._legs[:] = _plan(self._pose, self.stations[following], begin=self._state["clock"])
+            self._state["left"] = 1
 
     def has_arrived(self) -> bool:
         """Return whether the drive is over."""
