@@ -1,5 +1,7 @@
 """Devices in the process of the test: a head whose time passes while the host reads, and faults of its line."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from echoplan.hardware.head import Board, Head
@@ -48,14 +50,24 @@ class Line:
     """The line to a device: a transport that flips bits, and may be cut or reset the device after so many reads."""
 
     def __init__(
-        self, *, bit_errors: float = 0.0, resets: tuple[int, ...] = (), cuts: tuple[int, ...] = (), seed: int = 0
+        self,
+        board: Board | None = None,
+        *,
+        bit_errors: float = 0.0,
+        resets: Sequence[int] = (),
+        cuts: Sequence[int] = (),
+        seed: int = 0,
     ) -> None:
         self.rng = np.random.default_rng(seed)
         self.bit_errors = bit_errors
-        self.resets = resets
-        self.cuts = cuts
+        self.resets = set(resets)
+        self.cuts = set(cuts)
         self.reads = [0]
-        self.heads = [Head(Room())]
+        self.heads = [Head(board or Room())]
+
+    def carry(self, board: Board) -> None:
+        """Put the device where a board is."""
+        self.heads[0].board = board
 
     def connect(self, name: str) -> Port:
         """Open a port to the device."""
@@ -68,7 +80,7 @@ class Line:
     def read(self) -> bytes:
         self.reads[0] += 1
         if self.reads[0] in self.resets:
-            self.heads[:] = [Head(Room())]
+            self.heads[:] = [Head(self.heads[0].board)]
         if self.reads[0] in self.cuts:
             raise OSError("device disconnected")
         # The clock in the lines begins again from 0 after 5 s.

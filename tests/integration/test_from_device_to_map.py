@@ -7,7 +7,7 @@ import socket
 import subprocess
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -15,12 +15,14 @@ import numpy as np
 import pytest
 
 from echoplan.evaluation import evaluate
+from echoplan.hardware import Device
 from echoplan.hardware.virtual import SERVO_GAIN, SERVO_ZERO, VirtualBoard
-from echoplan.io import builtin_route, read_map, read_rig
-from echoplan.model import FeatureMap, Route, Truth
+from echoplan.io import Recorder, read_map, read_rig
+from echoplan.model import FeatureClass, FeatureMap, Route, Truth
 from echoplan.simulation import Simulation, SimulationSettings
 from echoplan.sources import find_world
 from helpers.avr import Uno, build, serial_port, skip_without_simulator
+from helpers.devices import Line
 from helpers.typed import echoplan
 
 ROOT = Path(__file__).parents[2]
@@ -71,14 +73,16 @@ class Room:
         self.pings = len(self.rig.servo.angles) * len(self.rig.sensors)
         self.places = folder / "places.txt"
         self.places.write_text("\n".join(f"{100 * x} {100 * y} {np.degrees(yaw)}" for x, y, yaw in stations))
-        self.boards = [
-            VirtualBoard(
-                world=self.world, rig=self.rig, stations=np.array([station]), settings=SimulationSettings(), seed=number
-            )
-            for number, station in enumerate(stations)
-        ]
+        self.boards = [self.board([station], seed=number) for number, station in enumerate(stations)]
+        self.stations = stations
         self.truth = Simulation(world=self.world, rig=self.rig, route=Route(map_from_base=np.array(stations))).truth
         self.answered = Counter[str]()
+
+    def board(self, stations: Sequence[tuple[float, float, float]], *, seed: int = 0) -> VirtualBoard:
+        """Return a robot at the first of its stations."""
+        return VirtualBoard(
+            world=self.world, rig=self.rig, stations=np.array(stations), settings=SimulationSettings(), seed=seed
+        )
 
     def table(self, board: VirtualBoard) -> Iterator[tuple[int, list[int]]]:
         """Yield the pulses of a sweep [us] and the times of flight of the sensors there [us]."""
@@ -124,7 +128,7 @@ def check_map(path: Path, truth: Truth) -> None:
     found = read_map(path)
     score = evaluate(found, truth)
     walls = score.matches.walls
-    tally = score.matches.by_class["wall"].tally
+    tally = score.matches.by_class[FeatureClass.WALL].tally
     assert (tally.right, tally.spurious) == (len(truth.walls_xy), 0)
     assert max(match.distance for match in walls.right) < 0.005
     assert (found.cylinders, found.openings) == ((), ())
@@ -153,7 +157,7 @@ def test_micropython_is_recorded_over_the_network_and_mapped(tmp_path: Path) -> 
         flights = tmp_path / f"flights-{number}.txt"
         flights.write_text("\n".join(f"{pulse} {' '.join(map(str, heard))}" for pulse, heard in room.table(board)))
         with micropython(flights) as address:
-            words = ["--rig", room.rig_file, "--place", place, *(["--append"] if number else [])]
+            words: list[str | Path] = ["--rig", room.rig_file, "--place", place, *(["--append"] if number else [])]
             done = echoplan("record", address, "--out", tmp_path / "rec", *words)
         assert (done.status, done.err) == (0, "")
     done = echoplan("map", tmp_path / "rec", "--out", tmp_path / "map")
@@ -161,30 +165,55 @@ def test_micropython_is_recorded_over_the_network_and_mapped(tmp_path: Path) -> 
     check_map(tmp_path / "map" / "map.json", room.truth)
 
 
-def recorded(folder: Path, *faults: str) -> tuple[FeatureMap, str]:
-    """Record the built-in square from a simulated device, and return the map and what the recorder printed."""
-    command = [sys.executable, "-m", "echoplan", "device", "square", "--pty", "--speed", "100", *faults]
+def check_same_walls(found: FeatureMap, expected: FeatureMap) -> None:
+    """Check that the walls of two maps are within 2 mm of each other."""
+    assert len(found.walls) == len(expected.walls) == 4
+    for wall, same in zip(found.walls, expected.walls, strict=True):
+        np.testing.assert_allclose(wall.endpoints_xy, same.endpoints_xy, atol=0.002)
+
+
+def map_over(line: Line, room: Room, folder: Path) -> FeatureMap:
+    """Carry a robot through a room, record its stations over a line, and return their map."""
+    with (
+        Device("line", connect=line.connect) as device,
+        Recorder(folder / "rec", rig=room.rig_file.read_text()) as recorder,
+    ):
+        for board, station in zip(room.boards, room.stations, strict=True):
+            line.carry(board)
+            device.place(np.array(station))
+            for sweep in device.sweeps(1, rig=room.rig):
+                recorder.add(sweep)
+    assert echoplan("map", folder / "rec", "--out", folder / "map").status == 0
+    return read_map(folder / "map" / "map.json")
+
+
+def test_one_wrong_bit_in_a_hundred_resets_and_cuts_change_no_wall(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("time.sleep", lambda _: None)
+    room = Room("square", tmp_path)
+    sound = map_over(Line(room.boards[0]), room, tmp_path / "sound")
+    # A read takes 2 ms: the device is reset, and the line is cut, about every two minutes.
+    rng = np.random.default_rng(1)
+    resets, cuts = (np.cumsum(rng.integers(20_000, 100_000, size=50)).tolist() for _ in range(2))
+    line = Line(room.boards[0], bit_errors=0.01, resets=resets, cuts=cuts)
+    spoilt = map_over(line, room, tmp_path / "spoilt")
+    assert line.reads[0] > resets[1]
+    assert line.reads[0] > cuts[1]
+    check_same_walls(spoilt, sound)
+
+
+def test_a_simulated_device_with_faults_is_recorded_and_mapped(tmp_path: Path) -> None:
+    faults = ["--faults", "resets,unplug,noise=0.0002", "--seed", "3"]
+    command = [sys.executable, "-m", "echoplan", "device", "square", "--pty", "--speed", "10", *faults]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as device:
         assert device.stdout
         (address,) = re.findall(r"serial://\S+", device.stdout.readline())
-        stations = builtin_route("square").map_from_base
-        folder.mkdir()
-        places = folder / "places.txt"
-        places.write_text("\n".join(f"{100 * x} {100 * y} {np.degrees(yaw)}" for x, y, yaw in stations))
-        done = echoplan("record", address, "--out", folder / "rec", "--places", places)
+        done = echoplan("record", address, "--out", tmp_path / "rec")
         device.send_signal(signal.SIGINT)
     assert done.status == 0, done.err
-    assert echoplan("map", folder / "rec", "--out", folder / "map").status == 0
-    return read_map(folder / "map" / "map.json"), done.out
-
-
-def test_wrong_bits_resets_and_a_loose_plug_change_no_wall(tmp_path: Path) -> None:
-    sound, out = recorded(tmp_path / "sound")
-    assert "damaged" not in out
-    spoilt, out = recorded(tmp_path / "spoilt", "--faults", "noise,resets,unplug", "--seed", "1")
-    print(out)
-    assert re.search("damaged: [0-9]{4}", out)
-    assert re.search("interrupted: [0-9]", out)
-    assert len(spoilt.walls) == len(sound.walls) == 4
-    for wall, same in zip(spoilt.walls, sound.walls, strict=True):
-        np.testing.assert_allclose(wall.endpoints_xy, same.endpoints_xy, atol=0.002)
+    assert re.search("5 sweeps.*; interrupted: [1-9]", done.out)
+    assert echoplan("map", tmp_path / "rec", "--out", tmp_path / "map").status == 0
+    found = read_map(tmp_path / "map" / "map.json")
+    lengths = [float(np.hypot(*np.diff(wall.endpoints_xy, axis=0)[0])) for wall in found.walls]
+    np.testing.assert_allclose(lengths, [3.0] * 4, atol=0.01)

@@ -60,14 +60,9 @@ def run(
                     recorder.add(sweep)
                     progress.check(sweep, used)
                 progress.end()
-        _report(device, out, sweeps=recorder.sweeps)
-
-
-def _report(device: "Device", out: Path, *, sweeps: int) -> None:
-    """Print what was recorded, and how often something went wrong."""
-    problems = "".join(f"; {name}: {number}" for name, number in device.counts.items() if number)
-    put(f"{sweeps} sweeps{problems}")
-    report_files(out, ["pings.csv", "rig.toml"])
+        problems = [f"{name}: {number}" for name, number in device.counts.items()]
+        put("; ".join([f"{recorder.sweeps} sweeps", *problems]))
+        report_files(out, ["pings.csv", "rig.toml"])
 
 
 def _rig_of(name: str, device: "Device") -> "tuple[Rig, str]":
@@ -93,7 +88,7 @@ def _driven_poses(device: "Device", stations: "Sequence[FloatArray]") -> "Iterat
     yield stations[0] if stations else device.pose
     if len(stations) > 1:
         for station in stations[1:]:
-            device.move(is_surveyed=True)
+            device.move()
             yield station
     else:
         while device.move():

@@ -14,7 +14,7 @@ from echoplan.acoustics import Air
 from echoplan.arrays import FloatArray
 from echoplan.errors import InputError, InvalidValueError
 from echoplan.geometry import identity
-from echoplan.hardware.jobs import ask, change_setting, end_job, identify, records_of, settings_of
+from echoplan.hardware.jobs import ask, change_setting, current_job, end_job, identify, records_of, settings_of
 from echoplan.hardware.messages import Accepted, Begin, Done, End, Hello, Move, Record, Refused, Stop, Sweeps, Wheels
 from echoplan.hardware.port import Port, open_port, port_names
 from echoplan.hardware.readings import Timed, Track, Wheelbase, driven, sweep_of, timed
@@ -27,6 +27,8 @@ _LOG = logging.getLogger(__name__)
 _AGAIN = 0.5
 # Time between the pings of a rig that does not state it [s]: HC-SR04 need that long.
 _PERIOD = 0.06
+# No job has this number.
+_RESET = -1
 
 
 class Device:
@@ -148,25 +150,20 @@ class Device:
                     pending, made = [], made + 1
             self._counts["interrupted"] += bool(pending)
 
-    def move(self, *, is_surveyed: bool = False) -> bool:
+    def move(self) -> bool:
         """Let the device drive to its next station; False if its wheels did not turn: there is none.
-
-        Parameters
-        ----------
-        is_surveyed : bool, optional
-            Whether the pose of that station is known, so that a drive may be interrupted.
 
         Raises
         ------
         InputError
-            If the connection is lost on the way and the pose is unknown.
+            If the device is reset on the way, so that the pose is unknown.
         """
         counts = set[tuple[int, int]]()
         record: Record | None = None
         while not isinstance(record, Done):
-            if record and not is_surveyed:
+            if record:
                 remedy = "place the robot by hand and continue with --append"
-                raise InputError(self.address, "the connection was lost while the robot moved", remedy=remedy)
+                raise InputError(self.address, "the device was reset while the robot moved", remedy=remedy)
             for each in self._job(Move(job=next(self._jobs)), {}):
                 record = each.record
                 if isinstance(record, Wheels):
@@ -187,48 +184,57 @@ class Device:
             problem = f"the device has {self.hello.sensors} sensors, and the rig {rig.name!r} has a sensor {strange[0]}"
             raise InputError(self.address, problem, remedy="name a rig.toml with the sensors of this device by --rig")
 
-    def _begin(self, command: Sweeps | Move, settings: Mapping[str, int]) -> None:
-        """Begin a job with some settings."""
+    def _begin(self, command: Sweeps | Move, settings: Mapping[str, int], *, is_begun: bool) -> None:
+        """Begin a job with some settings; raise ``OSError`` if the device was reset meanwhile and lost them."""
         port = self._ports[0]
-        end_job(port)
-        for name, value in {**settings, "window": self.hello.window}.items():
-            change_setting(port, name, value=value)
-        answer = ask(port, command, Accepted)
-        if isinstance(answer, Refused):
-            problem = f"the device refuses to {command.WORD} ({answer.reason})"
-            raise InputError(self.address, problem, remedy="reset it, or update its firmware")
+        if not is_begun:
+            end_job(port)
+            for name, value in settings.items() - settings_of(port, *settings).items():
+                change_setting(port, name, value=value)
+            answer = ask(port, command, Accepted)
+            if isinstance(answer, Refused):
+                problem = f"the device refuses to {command.WORD} ({answer.reason})"
+                raise InputError(self.address, problem, remedy="reset it, or update its firmware")
+        if settings_of(port, *settings) != settings:
+            ask(port, Stop(job=command.job), Accepted)
+            raise ConnectionResetError("the device was reset")
 
     def _job(self, command: Sweeps | Move, settings: Mapping[str, int]) -> Iterator[Timed]:
-        """Yield the records of a job until it is complete or lost; in the latter case connect again."""
-        port = self._ports[0]
-        is_complete, reason = False, None
-        try:
-            self._begin(command, settings)
-            records = records_of(port, command.job)
-            # The clock of a device may be fast: times must not go back from one job to the next.
-            for each in timed(records, now_ns=lambda: max(time.time_ns(), self._stamps_ns[0])):
-                if isinstance(each.record, Wheels) and self.wheels is not None:
-                    self._tracks.append(driven(self._tracks[0], each.record, wheels=self.wheels))
-                self._stamps_ns.append(each.stamp_ns)
-                self._watch(each.record)
-                is_complete = isinstance(each.record, Done)
-                yield each
-        except OSError as error:
-            reason = error
-        except GeneratorExit:
-            # Nobody asks for more.
-            with suppress(OSError, InputError):
-                ask(port, Stop(job=command.job), Accepted)
-            raise
-        if not is_complete:
-            self._connect_again(reason)
+        """Yield the records of a job; without ``Done`` at the end, the device was reset."""
+        records = self._records(command, {**settings, "window": self.hello.window})
+        # The clock of a device may be fast: times must not go back from one job to the next.
+        for each in timed(records, now_ns=lambda: max(time.time_ns(), self._stamps_ns[0])):
+            if isinstance(each.record, Wheels) and self.wheels is not None:
+                self._tracks.append(driven(self._tracks[0], each.record, wheels=self.wheels))
+            self._stamps_ns.append(each.stamp_ns)
+            self._watch(each.record)
+            yield each
 
-    def _connect_again(self, reason: Exception | None = None) -> None:
-        """Wait until the device answers."""
+    def _records(self, command: Sweeps | Move, settings: Mapping[str, int]) -> Iterator[Record]:
+        """Begin a job and yield its records; a job that still exists after a lost connection goes on."""
+        job = following = 0
+        while job in (0, command.job):
+            reason = None
+            try:
+                self._begin(command, settings, is_begun=bool(job))
+                for record in records_of(self._ports[0], command.job, start=following):
+                    following = record.number + 1
+                    yield record
+                    if isinstance(record, Done):
+                        return
+            except OSError as error:
+                reason = error
+            except GeneratorExit:
+                # Nobody asks for more.
+                with suppress(OSError, InputError):
+                    ask(self._ports[0], Stop(job=command.job), Accepted)
+                raise
+            job = self._connect_again(reason) or _RESET
+
+    def _connect_again(self, reason: Exception | None) -> int:
+        """Wait until the device answers, and return its job; 0 after a reset."""
         _LOG.warning("%s: the connection is lost (%s); trying again", self.address, reason or "the device was reset")
         self._counts["lost"] += 1
-        # A device that was reset counts from zero.
-        self._tracks.append(replace(self._tracks[0], counts=None))
         for attempt in count():
             try:
                 # After a reset the port is still open.
@@ -237,10 +243,15 @@ class Device:
                     self._ports[0].close()
                     self._ports.append(self._connect(self.address))
                 self._greet()
+                job = current_job(self._ports[0])
             except (InputError, OSError):
                 time.sleep(_AGAIN)
             else:
-                return
+                break
+        if not job:
+            # The wheels are counted from zero after a reset.
+            self._tracks.append(replace(self._tracks[0], counts=None))
+        return job
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

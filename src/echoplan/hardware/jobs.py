@@ -23,7 +23,7 @@ from echoplan.hardware.messages import (
 )
 from echoplan.hardware.port import Port
 
-__all__ = ["ask", "change_setting", "end_job", "identify", "records_of", "settings_of"]
+__all__ = ["ask", "change_setting", "current_job", "end_job", "identify", "records_of", "settings_of"]
 
 # A command is repeated this often [s]; a line and its answer take 8 ms at 115200 baud.
 _REPEAT = 0.05
@@ -61,14 +61,24 @@ def identify(port: Port) -> Hello:
     return answer
 
 
+def current_job(port: Port) -> int:
+    """Return the job of a device; 0 if it was reset since.
+
+    Raises as ``ask`` does.
+    """
+    answer = ask(port, Ping(token=0), Pong)
+    assert isinstance(answer, Pong)
+    return answer.job
+
+
 def end_job(port: Port) -> None:
     """End the job of an earlier host or connection; settings cannot be changed while it goes on.
 
     Raises as ``ask`` does.
     """
-    answer = ask(port, Ping(token=0), Pong)
-    if isinstance(answer, Pong) and answer.job:
-        ask(port, Stop(job=answer.job), Accepted)
+    job = current_job(port)
+    if job:
+        ask(port, Stop(job=job), Accepted)
 
 
 def change_setting(port: Port, name: str, *, value: int) -> None:
@@ -98,14 +108,14 @@ def settings_of(port: Port, *names: str) -> dict[str, int]:
     raise InputError(port.name, problem, remedy="update its firmware")
 
 
-def records_of(port: Port, job: int) -> Iterator[Record]:
-    """Yield the records of a job in their order, each once.
+def records_of(port: Port, job: int, *, start: int) -> Iterator[Record]:
+    """Yield the records of a job in their order from a number on, each once.
 
     They end with ``Done``; without it, the device lost the job or fell silent. Raises ``OSError`` if the connection
     is lost.
     """
     early: dict[int, Record] = {}
-    expected = acknowledged = 0
+    expected = acknowledged = start
     for records in _records_from(port, job):
         arrived = len(early) + len(records)
         early |= {each.number: each for each in records if each.number >= expected}

@@ -70,7 +70,9 @@ class PtyEndpoint:
     def write(self, data: bytes) -> None:
         """Send bytes."""
         with suppress(BlockingIOError):
-            os.write(self._files[0], data)
+            # What is said while the port is away is lost.
+            for file in self._files[:1]:
+                os.write(file, data)
 
     def close(self) -> None:
         """Let the port vanish."""
@@ -193,9 +195,9 @@ def serve(
             continue
         credit += min(_MOST_AT_ONCE * max(speed, 1.0), 1e6 * speed * (now - before))
         output = bytearray()
-        while credit >= _STEP:
-            credit -= _STEP
+        for _ in range(int(credit // _STEP)):
             clock += _STEP
             output += device.advance(clock)
+        credit %= _STEP
         if output:
             port.write(bytes(output))

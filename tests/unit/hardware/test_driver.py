@@ -59,11 +59,10 @@ def test_a_sweep_that_a_reset_interrupts_is_made_again(where: int) -> None:
 
 
 @pytest.mark.parametrize("where", [300, 700, 1100, 1400, 2000])
-def test_a_sweep_during_which_the_line_is_cut_is_made_again(where: int) -> None:
+def test_a_sweep_during_which_the_line_is_cut_is_continued(where: int) -> None:
     made, counts = sweeps(Line(cuts=(where, where + 2)))
-    assert len(made) == 2
-    assert all(len(sweep) == 364 for sweep in made)
-    assert counts["lost"] >= 1
+    check(made)
+    assert set(counts) == {"lost"}
 
 
 def test_a_rig_with_more_sensors_than_the_device_is_refused() -> None:
