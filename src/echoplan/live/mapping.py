@@ -19,7 +19,7 @@ __all__ = ["draw_map", "write_results"]
 
 def draw_map(survey: Survey) -> str:
     """Map a survey and return the message that draws the map."""
-    plan = _mapped(survey).plan if len(survey) else Plan(feature_map=FeatureMap(method="joint"))
+    plan = _mapped(survey.thinned()).plan if len(survey) else Plan(feature_map=FeatureMap(method="joint"))
     return encoded("map", drawing_of(plan))
 
 

@@ -54,13 +54,14 @@ def run_live(
     MissingExtraError
         If websockets is not installed.
     """
-    with TemporaryDirectory(prefix="echoplan-") as scratch, LocalProcesses(1) as mapper:
+    mapper = LocalProcesses(1)
+    with TemporaryDirectory(prefix="echoplan-") as scratch:
         session = Session(feed, executor=mapper, scratch=Path(scratch), out=out)
         try:
             asyncio.run(_run(session, host=host, port=port, token=token, ready=ready))
         finally:
             feed.close()
-            # Not waited for: a map that nobody will see.
+            # A map that nobody will see is not waited for.
             mapper.shutdown(wait=False, cancel_futures=True)
         if out is not None and session.has_unsaved and len(session.survey):
             write_recording(out / "recording", session.survey.recording)

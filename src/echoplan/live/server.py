@@ -3,6 +3,7 @@
 import asyncio
 import errno
 import logging
+import socket
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from http import HTTPStatus
@@ -25,6 +26,8 @@ __all__ = ["LiveServer"]
 _PERIOD = 0.1
 # The longest command is some hundred bytes long.
 _LONGEST_COMMAND = 4096
+# Bytes on their way to one viewer: about ten frames.
+_SEND_BUFFER = 65_536
 _KINDS = {
     ".dxf": "image/vnd.dxf",
     ".geojson": "application/geo+json",
@@ -113,6 +116,8 @@ class LiveServer:
         """Serve one viewer until it goes."""
         from websockets.exceptions import ConnectionClosed  # noqa: PLC0415 - see serve
 
+        # What waits in the system's buffer is old: frames that a slow viewer cannot take should not get there.
+        viewer.transport.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER)
         self._viewers.add(viewer)
         sending = asyncio.create_task(self._show(viewer))
         try:

@@ -62,6 +62,8 @@ class Session:
         self.board: dict[str, tuple[int, str]] = {}
         self.post("hello", hello_message(feed, folder="" if out is None else str(out)))
         self._show_survey()
+        # The process starts now, and not with the first sweep.
+        self._changed.set()
 
     @property
     def survey(self) -> Survey:
@@ -83,6 +85,7 @@ class Session:
 
     def post_frame(self) -> None:
         """Put the state of this moment on the board."""
+        is_complete = not self._current
         sweeps = [*self._recent, *self._current]
         content: dict[str, object] = {
             "playing": self._flags["playing"],
@@ -91,7 +94,7 @@ class Session:
             "sensors": health_message(sweeps, self.feed.rig),
         }
         if sweeps:
-            content["sweep"] = sweep_message(sweeps[-1], self.feed.rig)
+            content["sweep"] = sweep_message(sweeps[-1], self.feed.rig) | {"is_complete": is_complete}
         self.post("frame", content)
 
     def take(self, event: Event) -> None:

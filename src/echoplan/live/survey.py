@@ -1,6 +1,7 @@
 """A survey: the sweeps of a live page so far, which viewers place and undo; each change is a new value."""
 
 import zlib
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
@@ -16,6 +17,8 @@ __all__ = ["PackedSweep", "Survey"]
 _INTEGERS, _FLOATS = ("stamps_ns", "sensor_ids"), ("servo_angles", "ranges")
 # Between the end of a sweep and the start of one whose stamps lie before it [ns].
 _GAP_NS = 1_000_000
+# The mapper takes the median of repeated pings; so many determine it well.
+_REPEATS = 9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -122,6 +125,15 @@ class Survey:
         """Pose of the first sweep of each station [m, m, rad], shape (n, 3)."""
         firsts = np.unique(self.stations, return_index=True)[1]
         return np.array([self.sweeps[first].station for first in firsts]).reshape(-1, 3)
+
+    def thinned(self) -> "Survey":
+        """Keep the newest sweeps of each station: more repeats change the map of a live page little, and take time."""
+        left, kept = Counter[int](), list[PackedSweep]()
+        for sweep, station in zip(reversed(self.sweeps), reversed(self.stations.tolist()), strict=True):
+            left[station] += 1
+            if left[station] <= _REPEATS:
+                kept.append(sweep)
+        return replace(self, sweeps=tuple(reversed(kept)))
 
     def with_sweep(self, sweep: Sweep) -> "Survey":
         """Add a sweep; it is numbered, and its stamps are moved if they would go back."""
