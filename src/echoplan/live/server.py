@@ -167,6 +167,9 @@ class LiveServer:
         )
         if status is not None:
             return viewer.respond(status, f"{status.value} {status.phrase}\n")
+        # Newer versions of websockets pass on requests of other methods.
+        if getattr(request, "method", "GET") != "GET":
+            return viewer.respond(HTTPStatus.METHOD_NOT_ALLOWED, "405 Method Not Allowed\n")
         if is_socket:
             return None
         if path == "/":
