@@ -49,7 +49,9 @@ def main() -> None:
                 report = asyncio.run(watch(address[1], server.pid, arguments))
             finally:
                 server.terminate()
-    print(json.dumps({"machine": platform.platform(), "source": arguments.source or "flat, full rate"} | report, indent=2))
+    print(
+        json.dumps({"machine": platform.platform(), "source": arguments.source or "flat, full rate"} | report, indent=2)
+    )
 
 
 def full_rate_recording(folder: Path, seconds: float) -> Path:

@@ -30,7 +30,7 @@ _MOST_ECHOES = 4000
 
 
 def drawing_of(plan: Plan) -> Json:
-    """Return a map as JSON: walls, openings, corners, cylinders, stations, echoes and the verdict; lengths in metres."""
+    """Return a map as JSON: landmarks, openings, stations, echoes and the verdict; lengths in metres."""
     found, quality = plan.feature_map, plan.feature_map.quality
     times = plan.magnification
     return {
@@ -67,7 +67,6 @@ def drawing_of(plan: Plan) -> Json:
             "verdict": "" if quality is None else str(quality.verdict),
             "headline": "" if quality is None else headline(quality),
             "reasons": [] if quality is None else list(quality.reasons),
-            "next_step": "" if quality is None else quality.next_step,
         },
     }
 

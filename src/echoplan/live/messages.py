@@ -30,9 +30,7 @@ def hello_message(feed: Feed, *, folder: str) -> dict[str, object]:
         "name": feed.name,
         "rig": feed.rig.name,
         "reach": float(feed.rig.max_ranges.max()),
-        "sensors": [
-            {"id": each.sensor_id, "aperture": round(each.half_aperture, 4)} for each in feed.rig.sensors
-        ],
+        "sensors": [{"id": each.sensor_id, "aperture": round(each.half_aperture, 4)} for each in feed.rig.sensors],
         "controls": sorted(feed.controls),
         "folder": folder,
     }
@@ -44,7 +42,7 @@ def sweep_message(sweep: Sweep, rig: Rig) -> dict[str, object]:
     valid = is_valid(pings, rig)
     ends = pings.origins_xy + np.where(valid, pings.ranges, 0.0)[:, None] * directions(pings.bearings)
     places = np.round(_MILLIMETRES * ends).astype(np.int64)
-    last = {sensor: bearing for sensor, bearing in zip(pings.sensors.tolist(), pings.bearings.tolist(), strict=True)}
+    last = dict(zip(pings.sensors.tolist(), pings.bearings.tolist(), strict=True))
     return {
         "number": sweep.index,
         "pose": _rounded(sweep.map_from_base[-1]),
@@ -78,7 +76,6 @@ def stations_message(survey: Survey) -> dict[str, object]:
             for pose, label, count, first in zip(poses, labels, counts, firsts, strict=True)
         ],
     }
-
 
 
 def _rounded(numbers: FloatArray) -> list[float]:

@@ -67,10 +67,10 @@ class Player:
             yield Notice(text="All of the recording has been played.")
 
     def place(self, map_from_base: FloatArray) -> None:
-        """A recording knows where its sweeps were made."""
+        """Do nothing: a recording knows where its sweeps were made."""
 
     def sweep(self) -> None:
-        """A recording has the sweeps that it has."""
+        """Do nothing: a recording has the sweeps that it has."""
 
     def play(self, *, playing: bool) -> None:
         """Go on, or pause."""

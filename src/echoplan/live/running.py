@@ -13,7 +13,7 @@ from echoplan.io import write_recording
 from echoplan.live.access import LOOPBACK, Access
 from echoplan.live.feed import Feed
 from echoplan.live.server import LiveServer
-from echoplan.live.session import Session
+from echoplan.live.live_map import LiveMap
 
 __all__ = ["run_live"]
 
@@ -56,24 +56,24 @@ def run_live(
     """
     mapper = LocalProcesses(1)
     with TemporaryDirectory(prefix="echoplan-") as scratch:
-        session = Session(feed, executor=mapper, scratch=Path(scratch), out=out)
+        live_map = LiveMap(feed, executor=mapper, scratch=Path(scratch), out=out)
         try:
-            asyncio.run(_run(session, host=host, port=port, token=token, ready=ready))
+            asyncio.run(_run(live_map, host=host, port=port, token=token, ready=ready))
         finally:
             feed.close()
             # A map that nobody will see is not waited for.
             mapper.shutdown(wait=False, cancel_futures=True)
-        if out is not None and session.has_unsaved and len(session.survey):
-            write_recording(out / "recording", session.survey.recording)
+        if out is not None and live_map.has_unsaved and len(live_map.survey):
+            write_recording(out / "recording", live_map.survey.recording)
 
 
-async def _run(session: Session, *, host: str, port: int, token: str, ready: Callable[[str], None]) -> None:
+async def _run(live_map: LiveMap, *, host: str, port: int, token: str, ready: Callable[[str], None]) -> None:
     loop = asyncio.get_running_loop()
     with _interrupts(loop) as interrupted:
-        server = LiveServer(session, access=Access(token=token))
+        server = LiveServer(live_map, access=Access(token=token))
         async with server.serve(host=host, port=port) as listening:
-            mapping = asyncio.create_task(session.keep_mapping())
-            thread = session.listen(loop)
+            mapping = asyncio.create_task(live_map.keep_mapping())
+            thread = live_map.listen(loop)
             ready(_address(listening.sockets, token=token))
             stopped = asyncio.create_task(interrupted.wait())
             try:
@@ -81,7 +81,7 @@ async def _run(session: Session, *, host: str, port: int, token: str, ready: Cal
             finally:
                 stopped.cancel()
                 mapping.cancel()
-                session.feed.close()
+                live_map.feed.close()
                 with suppress(asyncio.CancelledError):
                     await mapping
             await asyncio.to_thread(thread.join, _PATIENCE)

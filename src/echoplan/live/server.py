@@ -14,7 +14,7 @@ from echoplan.errors import EchoplanError, InputError, MissingExtraError
 from echoplan.live.access import SECURITY_HEADERS, Access
 from echoplan.live.commands import SaveCommand, parse_command
 from echoplan.live.messages import encoded
-from echoplan.live.session import Session
+from echoplan.live.live_map import LiveMap
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import Server, ServerConnection
@@ -42,20 +42,20 @@ _KINDS = {
 
 
 class LiveServer:
-    """Shows a session to any number of viewers and passes on what they ask for.
+    """Shows a live map to any number of viewers and passes on what they ask for.
 
     Each viewer has a task that sends what is new on the board: one that is slow skips frames and holds up no other.
 
     Parameters
     ----------
-    session : Session
+    live_map : LiveMap
         What to show.
     access : Access
         Who may see it.
     """
 
-    def __init__(self, session: Session, *, access: Access) -> None:
-        self._session = session
+    def __init__(self, live_map: LiveMap, *, access: Access) -> None:
+        self._live_map = live_map
         self._access = access
         self._page = files("echoplan.live").joinpath("page.html").read_bytes()
         self._tick = asyncio.Condition()
@@ -106,7 +106,7 @@ class LiveServer:
         due = loop.time()
         while True:
             if self._viewers:
-                self._session.post_frame()
+                self._live_map.post_frame()
                 async with self._tick:
                     self._tick.notify_all()
             due = max(due + _PERIOD, loop.time())
@@ -135,7 +135,7 @@ class LiveServer:
         """Send what is new, as fast as this viewer takes it."""
         seen: dict[str, int] = {}
         while True:
-            for topic, (version, text) in [*self._session.board.items()]:
+            for topic, (version, text) in [*self._live_map.board.items()]:
                 if seen.get(topic) != version:
                     seen[topic] = version
                     await viewer.send(text)
@@ -147,42 +147,48 @@ class LiveServer:
         try:
             command = parse_command(text)
             if isinstance(command, SaveCommand):
-                await self._session.save()
+                await self._live_map.save()
             else:
-                self._session.obey(command)
+                self._live_map.obey(command)
         except EchoplanError as error:
             await viewer.send(encoded("refused", {"text": str(error)}))
 
     async def _answer(self, viewer: "ServerConnection", request: "Request") -> "Response | None":
         """Answer a request for the page or a download; None for a websocket."""
         path = request.path.partition("?")[0]
-        is_socket = path == "/ws"
-        headers = request.headers
-        hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
+        status = self._refusal(request, is_socket=path == "/ws")
+        if status is not None:
+            return viewer.respond(status, f"{status.value} {status.phrase}\n")
+        if path == "/ws":
+            return None
+        if path == "/":
+            return self._response(self._page, kind="text/html; charset=utf-8")
+        return await self._download(path) or viewer.respond(HTTPStatus.NOT_FOUND, "404 Not Found\n")
+
+    async def _download(self, path: str) -> "Response | None":
+        """Answer a request for a file that was saved; None if there is no such one."""
+        found = self._live_map.file(path.removeprefix("/saved/")) if path.startswith("/saved/") else None
+        if found is None:
+            return None
+        try:
+            content = await asyncio.to_thread(found.read_bytes)
+        except OSError:
+            return None
+        disposition = {"Content-Disposition": f'attachment; filename="{found.name}"'}
+        return self._response(content, kind=_KINDS.get(found.suffix, "application/octet-stream"), **disposition)
+
+    def _refusal(self, request: "Request", *, is_socket: bool) -> HTTPStatus | None:
+        """Return the status with which a request is refused; None if it may pass."""
+        hosts, origins = request.headers.get_all("Host"), request.headers.get_all("Origin")
         status = self._access.refusal(
             path=request.path,
             host=hosts[0] if len(hosts) == 1 else "",
             origin=origins[0] if len(origins) == 1 else None,
             is_socket=is_socket,
         )
-        if status is not None:
-            return viewer.respond(status, f"{status.value} {status.phrase}\n")
         # Newer versions of websockets pass on requests of other methods.
-        if getattr(request, "method", "GET") != "GET":
-            return viewer.respond(HTTPStatus.METHOD_NOT_ALLOWED, "405 Method Not Allowed\n")
-        if is_socket:
-            return None
-        if path == "/":
-            return self._response(self._page, kind="text/html; charset=utf-8")
-        found = self._session.file(path.removeprefix("/saved/"))
-        if not path.startswith("/saved/") or found is None:
-            return viewer.respond(HTTPStatus.NOT_FOUND, "404 Not Found\n")
-        try:
-            content = await asyncio.to_thread(found.read_bytes)
-        except OSError:
-            return viewer.respond(HTTPStatus.NOT_FOUND, "404 Not Found: it was removed; save again\n")
-        disposition = {"Content-Disposition": f'attachment; filename="{found.name}"'}
-        return self._response(content, kind=_KINDS.get(found.suffix, "application/octet-stream"), **disposition)
+        is_other = getattr(request, "method", "GET") != "GET"
+        return HTTPStatus.METHOD_NOT_ALLOWED if status is None and is_other else status
 
     def _response(self, body: bytes, *, kind: str, **extra: str) -> "Response":
         from websockets.datastructures import Headers  # noqa: PLC0415 - see serve
@@ -194,8 +200,6 @@ class LiveServer:
 
 def _refused_port(error: OSError, *, host: str, port: int) -> InputError:
     """Say in one line why a server cannot listen."""
-
-
     if error.errno == errno.EADDRINUSE:
         remedy = f"name another, as in --port {port + 1}, or --port 0 for any free one"
         return InputError(f"--port {port}", "another program uses this port", remedy=remedy)

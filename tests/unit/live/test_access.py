@@ -17,13 +17,17 @@ def test_this_machine_needs_no_token(host: str) -> None:
     assert asked(Access(), "/ws", host=host, origin=f"http://{host}") is None
 
 
-@pytest.mark.parametrize("host", ["evil.example:3246", "192.168.1.5:3246", "", "127.0.0.1.evil.example", "[", "127.0.0.1@evil"])
+@pytest.mark.parametrize(
+    "host", ["evil.example:3246", "192.168.1.5:3246", "", "127.0.0.1.evil.example", "[", "127.0.0.1@evil"]
+)
 def test_a_name_that_leads_here_from_elsewhere_is_refused(host: str) -> None:
     assert asked(Access(), host=host) is HTTPStatus.FORBIDDEN
     assert asked(Access(), "/ws", host=host, origin=f"http://{host}") is HTTPStatus.FORBIDDEN
 
 
-@pytest.mark.parametrize("origin", [None, "", "null", "http://evil.example", "https://127.0.0.1:3246", "http://127.0.0.1:80"])
+@pytest.mark.parametrize(
+    "origin", [None, "", "null", "http://evil.example", "https://127.0.0.1:3246", "http://127.0.0.1:80"]
+)
 def test_a_websocket_of_another_page_is_refused(origin: str | None) -> None:
     assert asked(Access(), "/ws", origin=origin) is HTTPStatus.FORBIDDEN
     assert asked(Access(token="abc"), "/ws?token=abc", origin=origin) is HTTPStatus.FORBIDDEN

@@ -1,4 +1,4 @@
-"""The server and its session, with viewers that are no browsers and a mapper that maps nothing."""
+"""The server and its live_map, with viewers that are no browsers and a mapper that maps nothing."""
 
 import asyncio
 import json
@@ -17,7 +17,7 @@ from echoplan.errors import InputError
 from echoplan.live import Complete, Control, Notice, Partial
 from echoplan.live.access import Access
 from echoplan.live.server import LiveServer
-from echoplan.live.session import Session
+from echoplan.live.live_map import LiveMap
 from echoplan.live.survey import Survey
 from helpers.fed import FakeFeed, swept
 
@@ -41,14 +41,16 @@ class Drawn(Executor):
 
 
 class Bench:
-    """A running server and its session."""
+    """A running server and its live_map."""
 
-    def __init__(self, session: Session, address: str) -> None:
-        self.session = session
+    def __init__(self, live_map: LiveMap, address: str) -> None:
+        self.live_map = live_map
         self.address = address
 
     def connect(self, query: str = "", **options: Any) -> Any:
-        return websockets.connect(f"ws://{self.address}/ws{query}", **({"origin": f"http://{self.address}", "close_timeout": 0.1} | options))
+        return websockets.connect(
+            f"ws://{self.address}/ws{query}", **({"origin": f"http://{self.address}", "close_timeout": 0.1} | options)
+        )
 
     async def status_of(self, path: str, method: str = "GET") -> tuple[int, bytes, Any]:
         def ask() -> tuple[int, bytes, Any]:
@@ -65,16 +67,18 @@ class Bench:
 
 @asynccontextmanager
 async def bench(tmp_path: Path, *, token: str = "", feed: FakeFeed | None = None) -> AsyncIterator[Bench]:
-    session = Session(feed or FakeFeed(), executor=Drawn(), scratch=tmp_path)
-    server = LiveServer(session, access=Access(token=token))
+    live_map = LiveMap(feed or FakeFeed(), executor=Drawn(), scratch=tmp_path)
+    server = LiveServer(live_map, access=Access(token=token))
     async with server.serve(host="127.0.0.1", port=0) as listening:
-        mapping = asyncio.create_task(session.keep_mapping())
+        mapping = asyncio.create_task(live_map.keep_mapping())
         host, port = listening.sockets[0].getsockname()[:2]
-        yield Bench(session, f"{host}:{port}")
+        yield Bench(live_map, f"{host}:{port}")
         mapping.cancel()
 
 
-async def topic(viewer: Any, name: str, *, where: Callable[[dict[str, Any]], bool] = lambda message: True) -> dict[str, Any]:
+async def topic(
+    viewer: Any, name: str, *, where: Callable[[dict[str, Any]], bool] = lambda message: True
+) -> dict[str, Any]:
     """Wait for a message of a topic."""
     async with asyncio.timeout(5):
         while True:
@@ -114,10 +118,10 @@ def test_the_page_is_one_file_that_loads_nothing_else(tmp_path: Path) -> None:
 def test_no_other_request_is_answered(tmp_path: Path, path: str, method: str, status: int) -> None:
     async def run() -> None:
         async with bench(tmp_path) as here:
-            here.session.take(Complete(sweep=swept()))
+            here.live_map.take(Complete(sweep=swept()))
             answer = await here.status_of(path, method)
             assert answer[0] in ({status, 405} if status == 400 else {status})
-            assert len(here.session.survey) == 1
+            assert len(here.live_map.survey) == 1
 
     asyncio.run(run())
 
@@ -149,14 +153,14 @@ def test_a_new_viewer_sees_everything_and_then_what_changes(tmp_path: Path) -> N
     async def run() -> None:
         async with bench(tmp_path) as here, here.connect() as viewer:
             assert [each["id"] for each in (await topic(viewer, "hello"))["sensors"]] == [0, 1, 2, 3]
-            here.session.take(Partial(sweep=swept()[:40]))
+            here.live_map.take(Partial(sweep=swept()[:40]))
             frame = await topic(viewer, "frame", where=lambda message: "sweep" in message)
             assert (frame["sweep"]["pings"], frame["sweep"]["is_complete"]) == (40, False)
-            here.session.take(Complete(sweep=swept(pose=(1.0, 2.0, 0.0))))
+            here.live_map.take(Complete(sweep=swept(pose=(1.0, 2.0, 0.0))))
             stations = await topic(viewer, "stations", where=lambda message: bool(message["stations"]))
             assert stations["stations"][0]["pose"] == [1.0, 2.0, 0.0]
             await topic(viewer, "map", where=lambda message: message["sweeps"] == 1)
-            here.session.take(Notice(text="The cable was unplugged.", is_problem=True))
+            here.live_map.take(Notice(text="The cable was unplugged.", is_problem=True))
             assert (await topic(viewer, "notice"))["is_problem"]
             async with here.connect() as second:
                 assert (await topic(second, "map"))["sweeps"] == 1
@@ -169,9 +173,19 @@ def test_viewers_place_sweep_pause_and_undo(tmp_path: Path) -> None:
         feed = FakeFeed()
         async with bench(tmp_path, feed=feed) as here, here.connect() as viewer, here.connect() as other:
             for number in range(2):
-                here.session.take(Complete(sweep=swept(pose=(float(number), 0.0, 0.0))))
+                here.live_map.take(Complete(sweep=swept(pose=(float(number), 0.0, 0.0))))
             await viewer.send(place(5.0, 6.0, 0.5, station=1))
-            await topic(other, "stations", where=lambda message: message["stations"][1:][:1] != [] and message["stations"][1]["pose"] == [5.0, 6.0, 0.5])
+
+            def is_moved(message: dict[str, Any]) -> bool:
+                return [each["pose"] for each in message["stations"]] == [[0.0, 0.0, 0.0], [5.0, 6.0, 0.5]]
+
+            await topic(
+                other,
+                "stations",
+                where=lambda message: (
+                    message["stations"][1:][:1] != [] and message["stations"][1]["pose"] == [5.0, 6.0, 0.5]
+                ),
+            )
             await viewer.send('{"type": "undo"}')
             await topic(other, "stations", where=lambda message: len(message["stations"]) == 1)
             await viewer.send(place(0.1, 0.2))
@@ -181,7 +195,7 @@ def test_viewers_place_sweep_pause_and_undo(tmp_path: Path) -> None:
             assert frame["robot"] == [0.1, 0.2, 0.0]
             assert feed.asked == [[0.1, 0.2, 0.0], "sweep", False]
             # A sweep from another place does not move the robot that a viewer has put somewhere.
-            here.session.take(Complete(sweep=swept(pose=(9.0, 0.0, 0.0))))
+            here.live_map.take(Complete(sweep=swept(pose=(9.0, 0.0, 0.0))))
             frame = await topic(other, "frame", where=lambda message: message["sweep"]["pose"][0] == 9.0)
             assert frame["robot"] == [0.1, 0.2, 0.0]
 
@@ -215,14 +229,14 @@ def test_what_cannot_be_done_is_answered_in_one_line(tmp_path: Path, command: st
 def test_what_was_saved_can_be_downloaded(tmp_path: Path) -> None:
     async def run() -> None:
         async with bench(tmp_path) as here, here.connect() as viewer:
-            here.session.take(Complete(sweep=swept()))
-            assert here.session.has_unsaved
+            here.live_map.take(Complete(sweep=swept()))
+            assert here.live_map.has_unsaved
             await viewer.send('{"type": "save"}')
             assert (await topic(viewer, "saved"))["files"] == ["echoplan.zip"]
             status, body, headers = await here.status_of("/saved/echoplan.zip")
             assert (status, body) == (200, b"all of it")
             assert headers["Content-Disposition"] == 'attachment; filename="echoplan.zip"'
-            assert not here.session.has_unsaved
+            assert not here.live_map.has_unsaved
 
     asyncio.run(run())
 
@@ -230,10 +244,10 @@ def test_what_was_saved_can_be_downloaded(tmp_path: Path) -> None:
 def test_a_viewer_that_reads_nothing_slows_no_other_and_gets_the_newest_state_later(tmp_path: Path) -> None:
     async def run() -> None:
         async with bench(tmp_path) as here, here.connect(max_queue=1) as slow, here.connect() as quick:
-            here.session.take(Complete(sweep=swept()))
+            here.live_map.take(Complete(sweep=swept()))
             # Much more than the buffers of the connection hold.
             for number in range(10):
-                here.session.post("padding", {"number": number, "text": "x" * 500_000})
+                here.live_map.post("padding", {"number": number, "text": "x" * 500_000})
                 await topic(quick, "padding", where=lambda message, wanted=number: message["number"] == wanted)  # type: ignore[misc]
             seen = list[int]()
             async with asyncio.timeout(5):
@@ -249,7 +263,7 @@ def test_a_port_that_is_taken_is_refused_with_a_remedy(tmp_path: Path) -> None:
     async def run() -> None:
         async with bench(tmp_path) as here:
             port = int(here.address.rpartition(":")[2])
-            other = LiveServer(here.session, access=Access())
+            other = LiveServer(here.live_map, access=Access())
             with pytest.raises(InputError, match=rf"--port {port}: another program uses this port; name another"):
                 async with other.serve(host="127.0.0.1", port=port):
                     pass

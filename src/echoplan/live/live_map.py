@@ -1,4 +1,4 @@
-"""One live session: the survey, what viewers ask of it, and the process beside the server that maps it."""
+"""One live map: the survey, what viewers ask of it, and the process beside the server that maps it."""
 
 import asyncio
 import threading
@@ -15,20 +15,20 @@ import numpy as np
 from echoplan.arrays import FloatArray
 from echoplan.errors import EchoplanError, InputError
 from echoplan.live.commands import Command, PlaceCommand, PlayCommand, SweepCommand, UndoCommand
-from echoplan.live.feed import Complete, Control, Event, Feed, Notice, Partial
+from echoplan.live.feed import Control, Event, Feed, Notice, Partial
 from echoplan.live.mapping import draw_map, write_results
 from echoplan.live.messages import encoded, health_message, hello_message, stations_message, sweep_message
 from echoplan.live.survey import Survey
 from echoplan.model import Sweep
 
-__all__ = ["ARCHIVE", "Session"]
+__all__ = ["ARCHIVE", "LiveMap"]
 
 ARCHIVE = "echoplan.zip"
 # Sensors are judged by so many sweeps.
 _JUDGED = 2
 
 
-class Session:
+class LiveMap:
     """What all viewers of one source share.
 
     Everything but the thread of the feed and the process of the mapper happens in the event loop.
@@ -163,7 +163,9 @@ class Session:
                 self.board["map"] = (version, drawn)
                 self.post("mapper", {"problem": "", "sweeps": len(survey)})
             except (EchoplanError, BrokenProcessPool) as error:
-                words = str(error) if isinstance(error, EchoplanError) else "the mapper ended; the next sweep restarts it"
+                words = (
+                    str(error) if isinstance(error, EchoplanError) else "the mapper ended; the next sweep restarts it"
+                )
                 self.post("mapper", {"problem": words, "sweeps": 0})
             finally:
                 self._flags["mapping"] = False
