@@ -17,7 +17,7 @@ def swept(*, pose: tuple[float, float, float] = (0.0, 0.0, 0.0), start_ns: int =
     """A sweep of the rotary array at one pose, with all readings at a metre unless they are given."""
     angles = np.repeat(np.linspace(-np.pi / 4, np.pi / 4, 91), 4)
     count = len(angles)
-    values = {
+    values: dict[str, Any] = {
         "index": 0,
         "stamps_ns": start_ns + 25_000_000 * np.repeat(np.arange(91), 4),
         "sensor_ids": np.tile(np.arange(4), 91),
@@ -45,7 +45,8 @@ class FakeFeed:
         return RIG
 
     def events(self) -> Iterator[Event]:
-        yield from iter(self.waiting.get, None)
+        while (event := self.waiting.get()) is not None:
+            yield event
 
     def place(self, map_from_base: Any) -> None:
         self.asked.append(map_from_base.tolist())

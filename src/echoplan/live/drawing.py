@@ -109,9 +109,9 @@ def _openings(plan: Plan) -> Iterator[Json]:
 def _poses(plan: Plan) -> Iterator[Json]:
     """Corrected poses of the sweeps, with their ellipses."""
     found = plan.feature_map
-    ellipses = [_ellipse(each, times=plan.magnification) for each in plan.pose_ellipses] or [None for _ in found.poses]
+    ellipses: list[list[float] | None] = [_ellipse(each, times=plan.magnification) for each in plan.pose_ellipses]
     for sweep, pose, ellipse, facts in zip(
-        found.sweeps.tolist(), found.poses, ellipses, station_facts(found), strict=True
+        found.sweeps.tolist(), found.poses, ellipses or [None] * len(found.poses), station_facts(found), strict=True
     ):
         yield {"sweep": sweep, "pose": _points(pose), "ellipse": ellipse, "facts": facts.text}
 

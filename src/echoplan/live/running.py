@@ -12,8 +12,8 @@ from echoplan.batch.local import LocalProcesses
 from echoplan.io import write_recording
 from echoplan.live.access import LOOPBACK, Access
 from echoplan.live.feed import Feed
-from echoplan.live.server import LiveServer
 from echoplan.live.live_map import LiveMap
+from echoplan.live.server import LiveServer
 
 __all__ = ["run_live"]
 

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 from echoplan.errors import EchoplanError, InputError, MissingExtraError
 from echoplan.live.access import SECURITY_HEADERS, Access
 from echoplan.live.commands import SaveCommand, parse_command
-from echoplan.live.messages import encoded
 from echoplan.live.live_map import LiveMap
+from echoplan.live.messages import encoded
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import Server, ServerConnection
@@ -99,6 +99,9 @@ class LiveServer:
                 yield server
             finally:
                 frames.cancel()
+                # A viewer that reads nothing would never answer that it closes; pages reconnect by themselves.
+                for viewer in self._viewers:
+                    viewer.transport.abort()
 
     async def _keep_time(self) -> None:
         """Renew the frame ten times a second while anybody looks."""

@@ -1,5 +1,6 @@
 import numpy as np
 
+from echoplan.arrays import FloatArray
 from echoplan.live.health import SensorState, sensor_health
 from echoplan.model import Sweep
 from helpers.fed import RIG, swept
@@ -9,7 +10,7 @@ def states(*sweeps: Sweep) -> dict[int, SensorState]:
     return {each.sensor_id: each.state for each in sensor_health(sweeps, RIG)}
 
 
-def with_readings(sensor: int, readings: object) -> Sweep:
+def with_readings(sensor: int, readings: float | FloatArray) -> Sweep:
     sweep = swept()
     return swept(ranges=np.where(sweep.sensor_ids == sensor, readings, sweep.ranges))
 

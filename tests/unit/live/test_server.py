@@ -16,8 +16,8 @@ import pytest
 from echoplan.errors import InputError
 from echoplan.live import Complete, Control, Notice, Partial
 from echoplan.live.access import Access
-from echoplan.live.server import LiveServer
 from echoplan.live.live_map import LiveMap
+from echoplan.live.server import LiveServer
 from echoplan.live.survey import Survey
 from helpers.fed import FakeFeed, swept
 
@@ -28,7 +28,7 @@ from websockets.exceptions import InvalidStatus  # noqa: E402
 class Drawn(Executor):
     """Draws each survey as the number of its sweeps; saves one file."""
 
-    def submit(self, fn: Callable[..., Any], /, *args: Any, **_: Any) -> Future[Any]:  # type: ignore[override]
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **_: Any) -> Future[Any]:
         done: Future[Any] = Future()
         if isinstance(fn, partial):
             fn.keywords["archive"].write_bytes(b"all of it")
@@ -255,6 +255,19 @@ def test_a_viewer_that_reads_nothing_slows_no_other_and_gets_the_newest_state_la
                     message = json.loads(await slow.recv())
                     seen += [message["number"]] if message["topic"] == "padding" else []
             assert len(seen) < 10
+
+    asyncio.run(run())
+
+
+def test_a_viewer_that_reads_nothing_does_not_keep_the_server_from_ending(tmp_path: Path) -> None:
+    async def run() -> None:
+        async with asyncio.timeout(5):
+            async with bench(tmp_path) as here:
+                slow = await here.connect(max_queue=1)
+                for number in range(20):
+                    here.live_map.post(f"padding {number}", {"text": "x" * 500_000})
+                await asyncio.sleep(0.3)
+        await slow.close()
 
     asyncio.run(run())
 
