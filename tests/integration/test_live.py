@@ -13,6 +13,7 @@ from pathlib import Path
 from time import monotonic
 from typing import Any
 
+import numpy as np
 import pytest
 
 from helpers.typed import echoplan
@@ -108,24 +109,31 @@ def test_the_map_has_four_walls_and_a_verdict(page: Any) -> None:
     assert "4 walls" in page.locator("#facts").inner_text()
 
 
-def test_a_dragged_station_appears_in_what_is_saved_and_downloaded(page: Any, live: Live, tmp_path: Path) -> None:
-    page.locator("#which").select_option("1")
-    wanted = [float(page.locator(f"#{name}").input_value()) for name in ("x", "y")]
-    box = page.locator("#station-1 .ring").bounding_box()
+def drag(page: Any, what: str, *, right: float, up: float) -> list[float]:
+    """Drag something on the map by so many pixels; return by how many metres that is."""
+    box = page.locator(what).bounding_box()
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
     page.mouse.move(x, y)
     page.mouse.down()
-    page.mouse.move(x + 20, y - 30, steps=4)
-    page.mouse.move(x + 40, y - 60, steps=4)
-    metres = page.evaluate("1 / view.scale")
+    page.mouse.move(x + right / 2, y - up / 2, steps=3)
+    page.mouse.move(x + right, y - up, steps=3)
+    metres: float = page.evaluate("1 / view.scale")
     page.mouse.up()
+    return [right * metres, up * metres]
+
+
+def test_a_station_placed_by_dragging_appears_in_what_is_saved_and_downloaded(
+    page: Any, live: Live, tmp_path: Path
+) -> None:
+    before, start = count(page), page.evaluate("state.robot")
+    moved = drag(page, "#robot .hull", right=30, up=-40)
+    page.locator("#sweep").click()
+    until(page, f"news.stations.stations.length === {before + 1}")
     page.locator("#save").click()
     page.wait_for_selector("#plan-pdf", timeout=PATIENCE_MS)
-    until(page, "document.getElementById('save').textContent === 'Save'")
     with (live.out / "recording" / "pings.csv").open(encoding="utf-8") as file:
-        row = next(row for row in csv.DictReader(file) if row["sweep"] == "1")
-    assert float(row["x"]) == pytest.approx(wanted[0] / 100 + 40 * metres, abs=0.02)
-    assert float(row["y"]) == pytest.approx(wanted[1] / 100 + 60 * metres, abs=0.02)
+        row = next(row for row in csv.DictReader(file) if row["sweep"] == str(before))
+    assert [float(row["x"]), float(row["y"])] == pytest.approx(np.add(start[:2], moved), abs=0.02)
     beginnings = {"#plan-pdf": b"%PDF-", "#plan-png": b"\x89PNG", "#plan-svg": b"<svg", "#archive": b"PK"}
     for link, beginning in beginnings.items():
         with page.expect_download() as waiting:
@@ -137,12 +145,23 @@ def test_a_dragged_station_appears_in_what_is_saved_and_downloaded(page: Any, li
     for folder in (live.out, tmp_path / "all"):
         assert {"map.json", "report.html", "floor-plan.pdf"} <= {each.name for each in folder.iterdir()}
     assert echoplan("info", tmp_path / "all" / "recording").status == 0
-    # Back to where it was, by typing, for the other tests.
+    page.locator("#undo").click()
+    until(page, f"news.stations.stations.length === {before}")
+
+
+def test_a_station_is_moved_by_dragging_and_back_by_typing(page: Any) -> None:
+    start = page.evaluate("news.stations.stations[1].pose")
+    moved = drag(page, "#station-1 .ring", right=10, up=6)
+    until(page, f"news.stations.stations[1].pose[0] !== {start[0]}")
+    assert page.evaluate("news.stations.stations[1].pose") == pytest.approx(
+        [*np.add(start[:2], moved), start[2]], abs=0.01
+    )
     page.locator("#which").select_option("1")
-    page.locator("#x").fill(f"{wanted[0]:g} cm".replace(".", ","))
-    page.locator("#y").fill(f"{wanted[1]:g}")
+    page.locator("#x").fill(f"{100 * start[0]:.2f} cm".replace(".", ","))
+    page.locator("#y").fill(f"{100 * start[1]:.2f}")
     page.locator("#place").click()
-    until(page, f"Math.abs(news.stations.stations[1].pose[0] - {wanted[0] / 100}) < 1e-6")
+    apart = " + ".join(f"Math.abs(news.stations.stations[1].pose[{axis}] - {start[axis]})" for axis in (0, 1))
+    until(page, f"{apart} < 1e-3")
 
 
 def test_a_sweep_is_made_where_the_robot_was_put_and_undone(page: Any) -> None:
