@@ -192,6 +192,30 @@ def test_a_phone_shows_all_of_it_in_one_column(page: Any, tmp_path: Path) -> Non
     assert (tmp_path / "phone.png").stat().st_size > 10_000
 
 
+def test_on_a_phone_a_station_is_dragged_once_it_is_chosen(page: Any, live: Live, browser: Any) -> None:
+    context = browser.new_context(viewport={"width": 400, "height": 800}, has_touch=True, is_mobile=True)
+    phone = context.new_page()
+    phone.goto(live.address)
+    until(phone, f"document.querySelectorAll('.station').length === {count(page)}")
+    fingers = context.new_cdp_session(phone)
+    start = phone.evaluate("news.stations.stations[2].pose")
+    seen = []
+    for _ in range(2):
+        box = phone.locator("#station-2 .ring").bounding_box()
+        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        for kind, shift in (("touchStart", 0), *(("touchMove", 4 * step) for step in range(1, 6)), ("touchEnd", None)):
+            points = [] if shift is None else [{"x": x + shift, "y": y}]
+            fingers.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+        phone.wait_for_timeout(300)
+        seen.append(phone.evaluate("news.stations.stations[2].pose"))
+    assert seen[0] == start
+    assert seen[1][0] - start[0] == pytest.approx(20 * phone.evaluate("1 / view.scale"), rel=0.2)
+    x, y, yaw = start
+    phone.evaluate(f"send(2, [{x}, {y}, {yaw}])")
+    until(page, f"news.stations.stations[2].pose[0] === {x}")
+    context.close()
+
+
 def test_a_second_viewer_sees_the_same_and_what_the_first_does(page: Any, live: Live, browser: Any) -> None:
     second = browser.new_page()
     second.goto(live.address)
