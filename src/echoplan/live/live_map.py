@@ -53,7 +53,8 @@ class LiveMap:
         self._survey = deque([Survey(name=feed.name, rig=feed.rig)], maxlen=1)
         self._recent: deque[Sweep] = deque(maxlen=_JUDGED)
         self._current: deque[Sweep] = deque(maxlen=1)
-        self._robot: deque[FloatArray] = deque(maxlen=1)
+        # Maps begin at the origin where nobody says otherwise.
+        self._robot = deque([np.zeros(3)] if Control.SWEEP in feed.controls else list[FloatArray](), maxlen=1)
         self._flags = {"playing": True, "mapping": False, "placed": False, "unsaved": False}
         self._files: dict[str, Path] = {}
         self._changed = asyncio.Event()
@@ -130,6 +131,8 @@ class LiveMap:
             self._flags["playing"] = command.playing
         elif isinstance(command, SweepCommand):
             self._require(Control.SWEEP)
+            # Where viewers see the robot, even if a feed was elsewhere meanwhile.
+            self.feed.place(self._robot[0])
             self.feed.sweep()
 
     async def save(self) -> None:

@@ -1,5 +1,6 @@
 """Sources that are played: a recording, a bag or a simulation, ping by ping as if it were being recorded."""
 
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import replace
 from queue import Empty, SimpleQueue
@@ -129,7 +130,7 @@ class SimulationPlayer(Player):
     def __init__(self, source: Simulation, *, speed: float = 1.0) -> None:
         super().__init__(source, speed=speed)
         self._simulation = source
-        self._poses = [source.route.map_from_base[-1]]
+        self._pose = deque([source.route.map_from_base[0]], maxlen=1)
         self._requested: SimpleQueue[FloatArray] = SimpleQueue()
 
     @property
@@ -149,11 +150,11 @@ class SimulationPlayer(Player):
 
     def place(self, map_from_base: FloatArray) -> None:
         """Put the robot somewhere else."""
-        self._poses[:] = [map_from_base]
+        self._pose.append(map_from_base)
 
     def sweep(self) -> None:
         """Ask for one sweep from where the robot is."""
-        self._requested.put(self._poses[0])
+        self._requested.put(self._pose[0])
 
     def _asked_for(self) -> Iterator[Event]:
         while not self._closed.is_set():

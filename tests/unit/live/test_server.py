@@ -193,7 +193,7 @@ def test_viewers_place_sweep_pause_and_undo(tmp_path: Path) -> None:
             await viewer.send('{"type": "play", "playing": false}')
             frame = await topic(other, "frame", where=lambda message: not message["playing"])
             assert frame["robot"] == [0.1, 0.2, 0.0]
-            assert feed.asked == [[0.1, 0.2, 0.0], "sweep", False]
+            assert feed.asked == [[0.1, 0.2, 0.0], [0.1, 0.2, 0.0], "sweep", False]
             # A sweep from another place does not move the robot that a viewer has put somewhere.
             here.live_map.take(Complete(sweep=swept(pose=(9.0, 0.0, 0.0))))
             frame = await topic(other, "frame", where=lambda message: message["sweep"]["pose"][0] == 9.0)
