@@ -22,7 +22,10 @@ _PORT = 3246
 
 def run(
     source: Annotated[
-        str, typer.Argument(help="A recording's folder, a ROS bag, or sim:WORLD.", show_default="a furnished flat")
+        str,
+        typer.Argument(
+            help="A device, a recording's folder, a ROS bag, or sim:WORLD.", show_default="a furnished flat"
+        ),
     ] = _FLAT,
     speed: Annotated[float, typer.Option(help="How many times faster than it was recorded.")] = 1.0,
     out: Annotated[
@@ -79,9 +82,12 @@ def run(
 
 
 def _feed(source: "Source", *, speed: float) -> "Feed":
-    from echoplan.live import Player, SimulationPlayer  # noqa: PLC0415
+    from echoplan.hardware import DeviceSource  # noqa: PLC0415 - --help must not wait for NumPy
+    from echoplan.live import DeviceFeed, Player, SimulationPlayer  # noqa: PLC0415
     from echoplan.simulation import Simulation  # noqa: PLC0415
 
+    if isinstance(source, DeviceSource):
+        return DeviceFeed(source.name, rig=source.rig, conventions=source.conventions)
     if isinstance(source, Simulation):
         return SimulationPlayer(source, speed=speed)
     return Player(source, speed=speed)
