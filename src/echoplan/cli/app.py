@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from echoplan.cli import batch, compare, convert, demo, device, doctor, evaluate, info, record, simulate
+from echoplan.cli import batch, compare, convert, demo, device, doctor, evaluate, info, live, record, simulate
 from echoplan.cli import map as map_command
 from echoplan.cli.terminal import put
 from echoplan.version import __version__
@@ -22,6 +22,7 @@ app = typer.Typer(
 app.command("demo")(demo.run)
 app.command("simulate")(simulate.run)
 app.command("map")(map_command.run)
+app.command("live")(live.run)
 app.command("evaluate")(evaluate.run)
 app.command("compare")(compare.run)
 app.command("batch")(batch.run)

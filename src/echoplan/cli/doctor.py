@@ -26,6 +26,7 @@ EXTRAS = {
     "ros": {"rosbags": "rosbags"},
     "cad": {"ezdxf": "ezdxf"},
     "device": {"pyserial": "serial"},
+    "view": {"websockets": "websockets"},
     "cluster": {"dask": "dask", "distributed": "distributed", "pyarrow": "pyarrow"},
 }
 # Modules that mapping cannot do without by the names of their packages: the last one brings the default method.

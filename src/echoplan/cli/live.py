@@ -1,0 +1,93 @@
+"""``echoplan live``: a page in the browser on which a map grows."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from echoplan.cli.source_options import FieldOption, MountOption, OdomOption, TopicOption, bag_options, put_notes
+from echoplan.cli.terminal import put
+
+if TYPE_CHECKING:
+    from echoplan.live import Feed
+    from echoplan.model import Source
+
+__all__ = ["run"]
+
+_FLAT = "sim:two-room-flat"
+# "echo" on the keys of a telephone.
+_PORT = 3246
+
+
+def run(
+    source: Annotated[
+        str,
+        typer.Argument(
+            help="A device, a recording's folder, a ROS bag, or sim:WORLD.", show_default="a furnished flat"
+        ),
+    ] = _FLAT,
+    speed: Annotated[float, typer.Option(help="How many times faster than it was recorded.")] = 1.0,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Folder for what is saved.", show_default="downloads only")
+    ] = None,
+    port: Annotated[int, typer.Option(help="Port of the page; 0 for any free one.", min=0, max=65535)] = _PORT,
+    host: Annotated[
+        str | None,
+        typer.Option(
+            help="Address for other machines, such as 0.0.0.0; the page then needs a token.", show_default="none"
+        ),
+    ] = None,
+    browser: Annotated[
+        bool, typer.Option("--browser/--no-browser", help="Open the page; never if the output is no terminal.")
+    ] = True,
+    topic: TopicOption = None,
+    odom: OdomOption = None,
+    field: FieldOption = None,
+    mount: MountOption = None,
+) -> None:
+    """Show a source in the browser while its map grows.
+
+    Example: echoplan live sim:two-room-flat --speed 4
+    """
+    from secrets import token_urlsafe  # noqa: PLC0415 - --help must not wait for NumPy
+
+    from echoplan.io import check_folder  # noqa: PLC0415
+    from echoplan.live import run_live  # noqa: PLC0415
+    from echoplan.mapping import RESULTS  # noqa: PLC0415
+    from echoplan.sources import open_source  # noqa: PLC0415
+
+    if out is not None:
+        check_folder(out, RESULTS)
+    opened = open_source(source, bag=bag_options(topic, odom, field, mount))
+    put_notes(opened)
+    shown = browser and sys.stdout.isatty()
+
+    def ready(address: str) -> None:
+        put(f"Live map of {opened.name}: {address}")
+        put("Press Ctrl-C to end.")
+        if shown:
+            import webbrowser  # noqa: PLC0415 - for this alone
+
+            webbrowser.open(address)
+
+    run_live(
+        _feed(opened, speed=speed),
+        host=host or "127.0.0.1",
+        port=port,
+        token=token_urlsafe(16) if host else "",
+        out=out,
+        ready=ready,
+    )
+
+
+def _feed(source: "Source", *, speed: float) -> "Feed":
+    from echoplan.hardware import DeviceSource  # noqa: PLC0415 - --help must not wait for NumPy
+    from echoplan.live import DeviceFeed, Player, SimulationPlayer  # noqa: PLC0415
+    from echoplan.simulation import Simulation  # noqa: PLC0415
+
+    if isinstance(source, DeviceSource):
+        return DeviceFeed(source.name, rig=source.rig, conventions=source.conventions)
+    if isinstance(source, Simulation):
+        return SimulationPlayer(source, speed=speed)
+    return Player(source, speed=speed)

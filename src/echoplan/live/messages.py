@@ -1,0 +1,83 @@
+"""What the server tells a page: topics as JSON, each of which replaces what was told before."""
+
+import json
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from echoplan.arrays import FloatArray
+from echoplan.geometry import directions
+from echoplan.live.feed import Feed
+from echoplan.live.health import sensor_health
+from echoplan.live.survey import Survey
+from echoplan.model import Pings, Rig, Sweep
+from echoplan.preprocessing import is_valid
+from echoplan.viewer.plan import station_labels
+
+__all__ = ["encoded", "health_message", "hello_message", "stations_message", "sweep_message"]
+
+_MILLIMETRES = 1000.0
+
+
+def encoded(topic: str, content: Mapping[str, object]) -> str:
+    """Write a message of one topic."""
+    return json.dumps({"topic": topic, **content}, separators=(",", ":"), allow_nan=False)
+
+
+def hello_message(feed: Feed, *, folder: str) -> dict[str, object]:
+    """Introduce a source to a page: its name, its sensors and what may be asked of it."""
+    return {
+        "name": feed.name,
+        "rig": feed.rig.name,
+        "reach": float(feed.rig.max_ranges.max()),
+        "sensors": [{"id": each.sensor_id, "aperture": round(each.half_aperture, 4)} for each in feed.rig.sensors],
+        "controls": sorted(feed.controls),
+        "folder": folder,
+    }
+
+
+def sweep_message(sweep: Sweep, rig: Rig) -> dict[str, object]:
+    """Tell where the echoes of a sweep would lie if sound were a ray [mm], and how the sensors look [rad]."""
+    pings = Pings.from_sweep(sweep, rig)
+    valid = is_valid(pings, rig)
+    ends = pings.origins_xy + np.where(valid, pings.ranges, 0.0)[:, None] * directions(pings.bearings)
+    places = np.round(_MILLIMETRES * ends).astype(np.int64)
+    last = dict(zip(pings.sensors.tolist(), pings.bearings.tolist(), strict=True))
+    return {
+        "number": sweep.index,
+        "pose": _rounded(sweep.map_from_base[-1]),
+        "hub": _rounded(pings.hubs_xy[-1]),
+        "sensors": pings.sensors[valid].tolist(),
+        "x": places[valid, 0].tolist(),
+        "y": places[valid, 1].tolist(),
+        "pings": len(sweep),
+        "looks": [[sensor, round(bearing, 3)] for sensor, bearing in last.items()],
+    }
+
+
+def health_message(sweeps: Sequence[Sweep], rig: Rig) -> list[dict[str, object]]:
+    """Tell how each sensor works."""
+    return [
+        {"id": each.sensor_id, "pings": each.pings, "share": round(each.share, 3), "state": str(each.state)}
+        for each in sensor_health(sweeps, rig)
+    ]
+
+
+def stations_message(survey: Survey) -> dict[str, object]:
+    """Tell where the stations are as placed, and of which sweeps each is made."""
+    poses, numbers = survey.station_poses, survey.stations
+    labels = station_labels(np.arange(len(poses)), poses[:, :2])
+    counts = np.bincount(numbers, minlength=len(poses)).tolist()
+    firsts = [survey.sweeps[place].index for place in np.unique(numbers, return_index=True)[1]]
+    return {
+        "pings": sum(each.pings for each in survey.sweeps),
+        "stations": [
+            {"pose": _rounded(pose), "label": label, "sweeps": count, "first": first}
+            for pose, label, count, first in zip(poses, labels, counts, firsts, strict=True)
+        ],
+    }
+
+
+def _rounded(numbers: FloatArray) -> list[float]:
+    rounded: list[float] = np.round(numbers, 4).tolist()
+    return rounded
