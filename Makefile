@@ -6,7 +6,7 @@ STAMPS := .venv/.stamps
 CERTIFICATES := $(if $(wildcard /etc/ssl/certs/ca-certificates.crt),--system-certs)
 INSTALL := $(BIN)/uv pip install --quiet $(CERTIFICATES) --python $(BIN)/python --compile-bytecode --constraint constraints.txt
 
-.PHONY: venv compiled help demo test fuzz lint format bench docs pictures constraints clean
+.PHONY: venv compiled referees help demo test fuzz lint format bench docs pictures constraints clean
 
 help: ## List the targets
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 14
@@ -63,7 +63,7 @@ $(STAMPS)/tools: $(STAMPS)/venv
 
 $(STAMPS)/base: $(STAMPS)/tools pyproject.toml constraints.txt
 	@echo "Installing echoplan ..."
-	@$(INSTALL) --editable '.[ros,cad,view]'
+	@$(INSTALL) --editable '.[ros,cad,device,view]'
 	@touch $@
 
 $(STAMPS)/docs: $(STAMPS)/base
@@ -81,6 +81,10 @@ $(STAMPS)/compiled: $(STAMPS)/base $(shell find src -name '*.py')
 	@echo "Compiling ..."
 	@$(BIN)/python tests/warm_up.py
 	@touch $@
+
+# Simulated boards and a driver of the browser; `.ci/run` builds one of them before.
+referees: $(STAMPS)/test
+	@$(INSTALL) --find-links .venv/wheels --requirements pyproject.toml --group firmware --group browser
 
 venv: $(STAMPS)/venv
 

@@ -60,9 +60,15 @@ def run(
                     recorder.add(sweep)
                     progress.check(sweep, used)
                 progress.end()
-        problems = [f"{name}: {number}" for name, number in device.counts.items()]
-        put("; ".join([f"{recorder.sweeps} sweeps", *problems]))
-        report_files(out, ["pings.csv", "rig.toml"])
+        _report(device, out, sweeps=recorder.sweeps)
+
+
+def _report(device: "Device", out: Path, *, sweeps: int) -> None:
+    """Print what was recorded, and how often the connection failed."""
+    put(f"{sweeps} sweeps")
+    for problem, number in device.counts.items():
+        put(f"{problem}: {number}")
+    report_files(out, ["pings.csv", "rig.toml"])
 
 
 def _rig_of(name: str, device: "Device") -> "tuple[Rig, str]":

@@ -103,8 +103,8 @@ class Device:
 
     @property
     def counts(self) -> Mapping[str, int]:
-        """How often something went wrong: ``damaged`` lines, ``lost`` connections, ``interrupted`` sweeps."""
-        return Counter(damaged=sum(port.damaged for port in self._ports)) + self._counts
+        """How often something went wrong: damaged lines, lost connections, interrupted sweeps."""
+        return Counter({"damaged lines": sum(port.damaged for port in self._ports)}) + self._counts
 
     def place(self, pose: FloatArray) -> None:
         """State where the robot is, shape (3,) [m, m, rad]."""
@@ -148,7 +148,7 @@ class Device:
                 if isinstance(each.record, End):
                     yield sweep_of(pending, index=made, rig=rig, poses=poses)
                     pending, made = [], made + 1
-            self._counts["interrupted"] += bool(pending)
+            self._counts["interrupted sweeps"] += bool(pending)
 
     def move(self) -> bool:
         """Let the device drive to its next station; False if its wheels did not turn: there is none.
@@ -234,12 +234,12 @@ class Device:
     def _connect_again(self, reason: Exception | None) -> int:
         """Wait until the device answers, and return its job; 0 after a reset."""
         _LOG.warning("%s: the connection is lost (%s); trying again", self.address, reason or "the device was reset")
-        self._counts["lost"] += 1
+        self._counts["lost connections"] += 1
         for attempt in count():
             try:
                 # After a reset the port is still open.
                 if attempt or reason:
-                    self._counts["damaged"] += self._ports[0].damaged
+                    self._counts["damaged lines"] += self._ports[0].damaged
                     self._ports[0].close()
                     self._ports.append(self._connect(self.address))
                 self._greet()
