@@ -6,6 +6,7 @@ from io import StringIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import drawings  # type: ignore[import-not-found]  # beside this file
 import numpy as np
 from joint_pictures import DRAWINGS as OF_JOINT  # type: ignore[import-not-found]  # beside this file
 from matplotlib.axes import Axes
@@ -151,6 +152,7 @@ DRAWINGS: tuple[Callable[[], None], ...] = (
     drifting_odometry,
     places,
     *OF_JOINT,
+    drawings.main,
 )
 
 if __name__ == "__main__":
