@@ -134,7 +134,7 @@ def draw_wiring(wiring: Wiring) -> str:
     items = [
         label(f"{wiring.board}: the pins of {wiring.source}", _LEFT, 24, font_size=17, font_weight="bold"),
     ]
-    y = _TOP
+    y = float(_TOP)
     wires, modules = list[str](), list[str]()
     for sensor in wiring.sensors:
         modules += _module(sensor, _LEFT, y, right=True)
@@ -142,11 +142,7 @@ def draw_wiring(wiring: Wiring) -> str:
         y += _height(sensor) + _GAP
     rails = _supply_of_sensors(wiring, y + 10)
     bottom = max(y + 10 + 2 * _PITCH, _TOP + 40)
-    right, servo_bottom = list[str](), _TOP
-    if wiring.servo is not None:
-        drawn, servo_bottom = _servo(wiring.servo)
-        right += drawn
-    y = servo_bottom
+    right, y = ([], float(_TOP)) if wiring.servo is None else _servo(wiring.servo)
     for part in wiring.others:
         right += [*_module(part, _RIGHT, y, right=False), *_straight_wires(part, y)]
         y += _height(part) + _GAP
@@ -154,7 +150,7 @@ def draw_wiring(wiring: Wiring) -> str:
     # Rails lie below the wires that cross them.
     items += [*_board(wiring, bottom), *rails, *wires, *modules, *right, *_notes(wiring, bottom + 14)]
     height = bottom + 14 + 18 * len(_sentences(wiring)) + 16
-    return page(items, width=_WIDTH, height=height, title=f"Wiring of an {wiring.board}")
+    return str(page(items, width=_WIDTH, height=height, title=f"Wiring of an {wiring.board}"))
 
 
 def _height(part: Part) -> int:
@@ -203,12 +199,12 @@ def _wire(points: Sequence[tuple[float, float]], kind: str, *, is_used: bool = T
 
 
 def _dot(x: float, y: float, kind: str) -> str:
-    return element("circle", cx=float(x), cy=float(y), r=4, fill=_COLORS[kind])
+    return str(element("circle", cx=float(x), cy=float(y), r=4, fill=_COLORS[kind]))
 
 
 def _connection(part: Part, name: str, pin: str, drawn: Sequence[str]) -> str:
     """Group what connects two pins; its title is shown under the mouse, and the test of the diagrams reads it."""
-    return element("g", element("title", f"{part.name} {name} to {pin}"), *drawn)
+    return str(element("g", element("title", f"{part.name} {name} to {pin}"), *drawn))
 
 
 def _sensor_wires(sensor: Part, top: float, *, has_divider: bool) -> list[str]:
