@@ -63,7 +63,7 @@ $(STAMPS)/tools: $(STAMPS)/venv
 
 $(STAMPS)/base: $(STAMPS)/tools pyproject.toml constraints.txt
 	@echo "Installing echoplan ..."
-	@$(INSTALL) --editable '.[ros,cad]'
+	@$(INSTALL) --editable '.[ros,cad,device]'
 	@touch $@
 
 $(STAMPS)/docs: $(STAMPS)/base

@@ -323,6 +323,6 @@ def _sentences(wiring: Wiring) -> list[str]:
 
 def _notes(wiring: Wiring, y: float) -> list[str]:
     return [
-        label(sentence, _LEFT, y + 18 * (row + 1) - 4, font_size=11.5, fill="#37474f")
+        label(sentence, _LEFT, y + 18 * (row + 1) - 4, font_size=12.5, fill="#37474f")
         for row, sentence in enumerate(_sentences(wiring))
     ]

@@ -57,8 +57,9 @@ class Typist(io.StringIO):
     def isatty(self) -> bool:
         return True
 
-    def readline(self, size: int | None = -1, /) -> str:
-        line = next(self.lines)
+    def readline(self, size: int | None = -1, /) -> str:  # type: ignore[override]  # as in the types of io
+        # Whoever has no more to say presses Enter.
+        line = next(self.lines, "")
         if line:
             self.board.put(pose_of(line))
         return line + "\n"
@@ -87,7 +88,7 @@ def served(board: HandBoard) -> Iterator[str]:
 
 def commands(content: str) -> list[list[str]]:
     """Words of the commands of echoplan in a block."""
-    lines = [shlex.split(line, comments=True) for line in content.splitlines()]
+    lines = [shlex.split(line, comments=True) for line in content.replace("\\\n", "").splitlines()]
     assert [words for words in lines if words and words[0] not in ("echoplan", *OTHERS)] == []
     return [words[1:] for words in lines if words and words[0] == "echoplan"]
 
