@@ -1,11 +1,16 @@
 """Makes the pictures of the documents anew: python docs/pictures.py."""
 
+import re
+import subprocess
+import sys
+import time
 from collections.abc import Callable, Sequence
 from contextlib import redirect_stdout
 from io import StringIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import drawings  # type: ignore[import-not-found]  # beside this file
 import numpy as np
 from joint_pictures import DRAWINGS as OF_JOINT  # type: ignore[import-not-found]  # beside this file
 from matplotlib.axes import Axes
@@ -48,6 +53,25 @@ def _take(names: Sequence[str], *, paper: bool) -> None:
             demo.run(Path(folder) / "demo", paper=paper)
         for name in names:
             write_bytes(PICTURES / f"{name}.png", (Path(folder) / "demo" / "pictures" / f"{name}.png").read_bytes())
+
+
+def first_map() -> None:
+    """Record the simulated device, and keep the map: what docs/build.md shows."""
+    program = [sys.executable, "-m", "echoplan"]
+    with TemporaryDirectory() as folder, (Path(folder) / "device.txt").open("w+") as printed:
+        device = subprocess.Popen([*program, "device", "square", "--tcp", "0", "--speed", "10"], stdout=printed)  # noqa: S603
+        try:
+            while not (found := re.search(r"tcp://\S+", Path(printed.name).read_text(encoding="utf-8"))):
+                time.sleep(0.2)
+            for words in (
+                ["record", found[0], "--out", f"{folder}/rec"],
+                ["map", f"{folder}/rec", "--out", f"{folder}/map"],
+            ):
+                subprocess.run([*program, *words], check=True, stdout=subprocess.DEVNULL)  # noqa: S603
+        finally:
+            device.terminate()
+            device.wait()
+        write_bytes(PICTURES / "first-map.svg", (Path(folder) / "map" / "map.svg").read_bytes())
 
 
 def methods_side_by_side() -> None:
@@ -151,6 +175,8 @@ DRAWINGS: tuple[Callable[[], None], ...] = (
     drifting_odometry,
     places,
     *OF_JOINT,
+    drawings.main,
+    first_map,
 )
 
 if __name__ == "__main__":

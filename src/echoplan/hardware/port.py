@@ -1,5 +1,6 @@
 """Ports: serial ports and TCP connections to devices, and the messages that come through them."""
 
+import os
 import re
 import time
 from collections import deque
@@ -132,7 +133,8 @@ def open_port(address: str) -> Port:
         try:
             transport = _SerialTransport(found["serial"] or f"socket://{found['tcp']}")
         except OSError as error:
-            reason = (error.strerror or str(error)).rpartition(": ")[2]
+            # The text of pyserial ends with the reason for sockets, and with the name for serial ports.
+            reason = os.strerror(error.errno) if error.errno else str(error).rpartition(": ")[2]
             remedy = "check that the device is switched on and in the same network"
             if found["serial"]:
                 remedy = f"check the cable; the serial ports are: {', '.join(port_names()) or 'none'}"
