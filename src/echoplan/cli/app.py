@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from echoplan.cli import batch, compare, convert, demo, device, doctor, evaluate, info, live, record, simulate
+from echoplan.cli import batch, calibrate, compare, convert, demo, device, doctor, evaluate, info, live, record, simulate
 from echoplan.cli import map as map_command
 from echoplan.cli.terminal import put
 from echoplan.version import __version__
@@ -29,6 +29,7 @@ app.command("batch")(batch.run)
 app.command("info")(info.run)
 app.command("convert")(convert.run)
 app.command("record")(record.run)
+app.command("calibrate")(calibrate.run)
 app.command("device")(device.run)
 app.command("doctor")(doctor.run)
 

@@ -26,6 +26,8 @@ from echoplan.model import UNITS, Axes, Conventions, Firing, Heading, Odometry, 
 
 __all__ = ["format_rig", "read_conventions", "read_rig", "write_rig"]
 
+_SERVO_CONVENTIONS = ("servo_sign", "servo_offset", "servo_gain")
+
 
 class _SensorForm(Form, extra="forbid"):
     id: Whole = Field(description="Number of the sensor in the recording.")
@@ -245,13 +247,15 @@ def write_rig(path: Path, rig: Rig) -> None:
     write_text(path, format_rig(rig))
 
 
-def format_rig(rig: Rig) -> str:
+def format_rig(rig: Rig, *, conventions: Conventions | None = None) -> str:
     """Put a rig into words: the text of its file.
 
     Parameters
     ----------
     rig : Rig
         The rig.
+    conventions : Conventions, optional
+        How the servo angles of its recordings are counted; units, headings and axes are left out.
 
     Returns
     -------
@@ -269,6 +273,7 @@ def format_rig(rig: Rig) -> str:
             "firing": rig.firing and asdict(rig.firing),
             "transducer": rig.transducer and asdict(rig.transducer),
             "odometry": rig.odometry and asdict(rig.odometry),
+            "conventions": conventions and {name: getattr(conventions, name) for name in _SERVO_CONVENTIONS},
             "sensor": [_sensor(sensor) for sensor in rig.sensors],
         }
     )
