@@ -115,11 +115,11 @@ def wall(distance: float) -> World:
 
 
 def corner(distance: float) -> World:
-    """Return a right-angled corner on the x axis, both of whose walls are so far from the origin."""
-    vertex = np.sqrt(2.0) * distance
-    return World(
-        name="corner", polylines=(Polyline(points_xy=[[vertex - 3.0, -3.0], [vertex, 0.0], [vertex - 3.0, 3.0]]),)
-    )
+    """Return a right-angled corner: the right wall is so far from a robot that faces it, the left one 15 cm less."""
+    right, left = distance, distance - 0.15
+    vertex = np.array([left + right, left - right]) / np.sqrt(2.0)
+    points = vertex + np.array([[-3.0, -3.0], [0.0, 0.0], [-3.0, 3.0]])
+    return World(name="corner", polylines=(Polyline(points_xy=points),))
 
 
 def hand(*, bearing: float = np.pi / 4) -> World:
@@ -167,6 +167,6 @@ def faces_corner(bench: Bench, *, distance: float, aim: float = 0.0) -> Step:
 
 
 def quick(rig: Rig) -> Rig:
-    """Return a rig that turns in coarser steps."""
+    """Return a rig that turns in steps of 2 degrees."""
     assert rig.servo is not None
     return replace(rig, servo=replace(rig.servo, step=2.0 * rig.servo.step))

@@ -28,6 +28,8 @@ Found = TypeVar("Found")
 _ATTEMPTS = 3
 # A servo that hardly turns, while a hand is at a sensor [rad].
 _STILL = Servo(start=0.0, stop=math.radians(2.0), step=math.radians(1.0))
+# Coarser steps of the servo show the edges of an arc too roughly [rad].
+_COARSEST = math.radians(2.0)
 # Time after which the echoes of a room have died away [s].
 _GUARD = 0.03
 # Of thermometers and people [degrees Celsius]; and of a room of which nothing is known.
@@ -35,7 +37,7 @@ _THERMOMETER, _ROOM = 1.0, Estimate(value=20.0, sigma=5.0)
 # What a reading of the wall may differ from the tape [m], and a corner's walls from the wall's distance, as a share.
 _GATE, _CORNER_GATE = 0.12, 0.25
 # An arc of a wall has at least so many pings in two sweeps, and ranges that fit the model this well [m].
-_FEWEST, _FLATTEST = 12, 0.012
+_FEWEST, _FLATTEST = 12, 0.008
 # The beam of a sensor is at most so many times narrower or wider than its rig states.
 _BEAM = 2.5
 # The sensor faces the wall to this [rad], and walls of a corner are so far apart [rad].
@@ -84,12 +86,14 @@ class Guide:
         return line.strip()
 
     def sweep(self, rig: Rig) -> list[Sweep]:
-        """Make two sweeps, to and fro, in which the sensors fire one after the other.
+        """Make two sweeps, to and fro, in steps of 2 degrees at most; the sensors fire one after the other.
 
         If they fire together, they receive each other's bursts, and the arcs of walls are up to 2 degrees wider.
         """
         period = max(rig.firing.period if rig.firing else 0.0, _GUARD)
-        alone = replace(rig, firing=Firing(period=period, groups=tuple((each,) for each in rig.sensor_ids.tolist())))
+        groups = tuple((each,) for each in rig.sensor_ids.tolist())
+        servo = rig.servo and replace(rig.servo, step=min(rig.servo.step, _COARSEST))
+        alone = replace(rig, firing=Firing(period=period, groups=groups), servo=servo)
         self.progress.begin("sweeping", rig, sweeps=2)
         sweeps = list(self.device.sweeps(2, rig=alone))
         self.progress.end()
@@ -278,7 +282,8 @@ def _wall_seen(guide: Guide, seen: Observations, sensor: Sensor) -> Observations
 def _see_corner(guide: Guide, seen: Observations) -> Observations:
     """Let the front sensor look at two walls at a right angle."""
     front = front_of(seen.rig)
-    distance = 100 * seen.distance
+    # At equal distances the echoes of the two walls overlap, and their arcs seem wider.
+    left_cm, right_cm = 100 * seen.distance - 15.0, 100 * seen.distance
 
     def measure(_: str) -> tuple[Arc, ...] | _Problem:
         sweeps = guide.sweep(seen.rig)
@@ -286,7 +291,9 @@ def _see_corner(guide: Guide, seen: Observations) -> Observations:
         gate = _CORNER_GATE * seen.distance
         arcs = find_arcs(sweeps, sensor_id=front.sensor_id, depth=depth, gate=gate, scale=_scale(seen))[:2]
         if len(arcs) < 2 or len(arcs[1].angles) < _FEWEST:
-            remedy = f"face the corner itself, with both walls {distance:.0f} cm from the axis and nothing in between"
+            remedy = (
+                f"face the corner itself, {left_cm:.0f} and {right_cm:.0f} cm from its walls, with nothing in between"
+            )
             return _Problem(text=f"{len(arcs)} of the two walls of a corner seen", remedy=remedy)
         right, left = sorted(arcs, key=lambda arc: float(arc.angles.mean()))
         walls = {front.sensor_id: seen.walls[front.sensor_id]}
@@ -298,8 +305,8 @@ def _see_corner(guide: Guide, seen: Observations) -> Observations:
         return right, left
 
     question = (
-        f"Place the robot so that it faces a right-angled corner of the room, with both walls {distance:.0f} cm from "
-        "the axis of the servo, and press Enter."
+        "Place the robot so that it faces a right-angled corner of the room: the axis of the servo about "
+        f"{left_cm:.0f} cm from the left wall and {right_cm:.0f} cm from the right wall. Press Enter."
     )
     found = guide.step(question, measure)
     if found is None:

@@ -31,6 +31,9 @@ _AIM, _TAPE, _SQUARE = math.radians(1.0), 0.002, math.radians(0.5)
 _BEAM_SPREAD = 0.3
 # By how much a sensor may be more sensitive than its data sheet lets expect [dB].
 _SENSITIVITY = 5.0
+# Echoes of two walls whose distances differ by less than this [m] overlap; where one ends and the other begins, they
+# widen both arcs by this together [rad].
+_BURST, _OVERLAP = 0.08, math.radians(2.0)
 # The gain of the servo enters the model of the beam: after so many rounds it changes by less than 1e-4.
 _ROUNDS = 3
 
@@ -169,14 +172,13 @@ def calibrate(seen: Observations) -> Calibration:
     own = {view.sensor.sensor_id: view for view in views if len(view.arcs) == 1}
     values, conventions = _servo(seen, own.get(front.sensor_id), sign=sign, gain=gain)
     sensors = {
-        sensor_id: _sensor(seen, view.sensor, view.fit, transducer=transducer, air=air, gain=gain)
-        for sensor_id, view in own.items()
+        sensor_id: _sensor(seen, view, transducer=transducer, air=air, gain=gain) for sensor_id, view in own.items()
     }
     for sensor_id, (_, offset, aperture) in sensors.items():
         values.append(Value(name=f"range offset of sensor {sensor_id}", estimate=offset, unit="m"))
         values.append(Value(name=f"half aperture of sensor {sensor_id}", estimate=aperture, unit="rad"))
     return Calibration(
-        rig=_rig(seen.rig, sensors, own, front=front, air=air),
+        rig=_rig(seen.rig, sensors, ka=[view.fit.ka.value for view in own.values()], air=air),
         conventions=conventions,
         values=(*values, Value(name="temperature", estimate=seen.air, unit="degC")),
         views=views,
@@ -202,7 +204,7 @@ def _views(
     for _ in range(_ROUNDS if seen.corner else 0):
         wall = view("wall", sensor=front, arcs=(seen.walls[front.sensor_id],), ka=beam)
         corner = [view("corner", sensor=front, arcs=seen.corner, ka=wall.fit.ka)]
-        gain = _gain(corner[0].fit.separation)
+        gain = _gain(corner[0])
     faced = [sensor for sensor in seen.rig.sensors if sensor.sensor_id in seen.walls]
     walls = [
         view(f"wall, sensor {each.sensor_id}", sensor=each, arcs=(seen.walls[each.sensor_id],), ka=beam)
@@ -211,10 +213,14 @@ def _views(
     return (*walls, *corner), gain
 
 
-def _gain(separation: Estimate) -> Estimate:
-    """Return the gain of a servo that records an angle between two walls at a right angle."""
+def _gain(corner: SensorView) -> Estimate:
+    """Return the gain of a servo from the angle that it records between two walls at a right angle."""
+    separation, (one, other) = corner.fit.separation, corner.fit.depths
+    is_cut = any(math.isnan(arc.lower) or math.isnan(arc.upper) for arc in corner.arcs)
+    overlap = _OVERLAP if is_cut and abs(one.value - other.value) < _BURST else 0.0
     gain = math.pi / 2 / abs(separation.value)
-    return Estimate(value=gain, sigma=gain * math.hypot(separation.sigma / separation.value, _SQUARE / (math.pi / 2)))
+    relative = math.hypot(math.hypot(separation.sigma, overlap) / separation.value, _SQUARE / (math.pi / 2))
+    return Estimate(value=gain, sigma=gain * relative)
 
 
 def _servo(
@@ -236,9 +242,10 @@ def _servo(
 
 
 def _sensor(
-    seen: Observations, sensor: Sensor, fit: ArcFit, *, transducer: Transducer, air: Air, gain: Estimate
+    seen: Observations, view: SensorView, *, transducer: Transducer, air: Air, gain: Estimate
 ) -> tuple[Sensor, Estimate, Estimate]:
     """Return a calibrated sensor, the offset of its readings [m] and half of its opening angle [rad]."""
+    sensor, fit = view.sensor, view.fit
     warming = float(speed_of_sound(seen.air.value + 1.0) / speed_of_sound(seen.air.value)) - 1.0
     depth = fit.depths[0]
     offset = Estimate(
@@ -261,7 +268,7 @@ def _sensor(
 
 
 def _half_aperture(ka: float, *, sensor: Sensor, transducer: Transducer, air: Air) -> float:
-    """Return the angle within which a plane is detected at half the reach [rad], which data sheets state for 20 deg C."""
+    """Return the angle within which a plane is detected at half the reach [rad]: so data sheets state it."""
     usual, half = Air(), sensor.max_range / 2
     excess = _excess(half, transducer=transducer, air=usual)
     return float(half_angle(excess, ka * air.speed_of_sound / usual.speed_of_sound))
@@ -281,15 +288,9 @@ def _moved(sensor: Sensor, *, offset: float, half_aperture: float) -> Sensor:
     )
 
 
-def _rig(
-    rig: Rig,
-    measured: Mapping[int, tuple[Sensor, Estimate, Estimate]],
-    views: Mapping[int, SensorView],
-    *,
-    front: Sensor,
-    air: Air,
-) -> Rig:
+def _rig(rig: Rig, measured: Mapping[int, tuple[Sensor, Estimate, Estimate]], *, ka: Sequence[float], air: Air) -> Rig:
     """Return the rig with its calibrated sensors; those that faced no wall are taken to be like the front sensor."""
+    front = front_of(rig)
     if front.sensor_id not in measured:
         return rig
     _, offset, aperture = measured[front.sensor_id]
@@ -297,9 +298,8 @@ def _rig(
     sensors = tuple(measured[each.sensor_id][0] if each.sensor_id in measured else each for each in others)
     transducer = rig.transducer
     if transducer is not None:
-        radius = np.mean([view.fit.ka.value for view in views.values()])
-        radius /= wavenumber(transducer.frequency, air.speed_of_sound)
-        transducer = replace(transducer, piston_radius=round(float(radius), 6))
+        radius = float(np.mean(ka) / wavenumber(transducer.frequency, air.speed_of_sound))
+        transducer = replace(transducer, piston_radius=round(radius, 6))
     return replace(rig, sensors=sensors, transducer=transducer)
 
 

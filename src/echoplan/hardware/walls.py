@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from echoplan.acoustics import Air, crossing_delay, half_angle, plane_echo, signal_excess, two_way_loss
-from echoplan.arrays import FloatArray
+from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.model import Sensor, Sweep, Transducer
 
 __all__ = ["Arc", "ArcFit", "Estimate", "find_arcs", "fit_arcs", "reading_of"]
@@ -97,22 +97,18 @@ def find_arcs(sweeps: Sequence[Sweep], *, sensor_id: int, depth: float, gate: fl
     scale : float
         Depth for each metre that is read.
     """
-    chosen = [sweep.sensor_ids == sensor_id for sweep in sweeps]
-    recorded = np.concatenate([sweep.servo_angles[own] for sweep, own in zip(sweeps, chosen, strict=True)])
-    ranges = scale * np.concatenate([sweep.ranges[own] for sweep, own in zip(sweeps, chosen, strict=True)])
+    recorded = np.concatenate([sweep.servo_angles[sweep.sensor_ids == sensor_id] for sweep in sweeps])
+    ranges = scale * np.concatenate([sweep.ranges[sweep.sensor_ids == sensor_id] for sweep in sweeps])
     angles, steps = np.unique(recorded.round(6), return_inverse=True)
     is_near = np.abs(ranges - depth) <= gate
-    detected = np.bincount(steps, is_near) >= 0.5 * np.bincount(steps)
-    nearest = np.full(len(angles), np.inf)
-    for step in range(len(angles)):
-        readings = ranges[(steps == step) & is_near] if detected[step] else np.array([])
-        # Whatever is nearer than a wall may hide it.
-        nearest[step] = np.median(readings) if len(readings) else np.nanmin(np.append(ranges[steps == step], np.inf))
-    arcs = []
+    nearest, detected = _at_each_step(ranges, steps, is_near=is_near)
     places = np.flatnonzero(detected)
+    if not len(places):
+        return []
     # One step may be lost within an arc.
     ends = np.flatnonzero((np.diff(places) > 2) | (np.abs(np.diff(nearest[places])) > _JUMP)) + 1
-    for run in np.split(places, ends) if len(places) else []:
+    arcs = []
+    for run in np.split(places, ends):
         inside = is_near & (steps >= run[0]) & (steps <= run[-1])
         arcs.append(
             Arc(
@@ -124,6 +120,19 @@ def find_arcs(sweeps: Sequence[Sweep], *, sensor_id: int, depth: float, gate: fl
             )
         )
     return sorted(arcs, key=lambda arc: -float(np.ptp(arc.angles)))
+
+
+def _at_each_step(ranges: FloatArray, steps: IntArray, *, is_near: BoolArray) -> tuple[FloatArray, BoolArray]:
+    """Return the range at each step of the servo, and whether it is that of a wall.
+
+    That of a wall is the median of at least half of the readings; else it is the nearest reading, which may hide one.
+    """
+    detected = np.bincount(steps, is_near) >= 0.5 * np.bincount(steps)
+    found = np.full(len(detected), np.inf)
+    np.fmin.at(found, steps, ranges)
+    for step in np.flatnonzero(detected):
+        found[step] = np.median(ranges[(steps == step) & is_near])
+    return found, detected
 
 
 def _edge(angles: FloatArray, nearest: FloatArray, *, end: int, beyond: int) -> float:

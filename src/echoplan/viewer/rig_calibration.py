@@ -43,7 +43,7 @@ def calibration_png(found: Calibration) -> bytes:
     grid = figure.add_gridspec(rows + 1, columns, height_ratios=[*rows * [_ROW], text])
     for place, view in enumerate(found.views):
         axes: PolarAxes = figure.add_subplot(grid[divmod(place, columns)], projection="polar")  # type: ignore[assignment]
-        _draw_view(axes, view, found)
+        _draw_view(axes, view, found=found)
     below = figure.add_subplot(grid[rows, :])
     below.set_axis_off()
     for line, value in enumerate(found.values):
@@ -53,7 +53,7 @@ def calibration_png(found: Calibration) -> bytes:
     return png(figure)
 
 
-def _draw_view(axes: PolarAxes, view: SensorView, found: Calibration) -> None:
+def _draw_view(axes: PolarAxes, view: SensorView, *, found: Calibration) -> None:
     """Draw the readings of walls over the recorded servo angle, and the model."""
     axes.set_theta_zero_location("N")
     for arc, center, depth in zip(view.arcs, view.fit.centers, view.fit.depths, strict=True):
