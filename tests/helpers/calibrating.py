@@ -111,7 +111,8 @@ class Answers:
 
 def wall(distance: float) -> World:
     """Return a wall across the x axis."""
-    return World(name="wall", polylines=(Polyline(points_xy=[[distance, -3.0], [distance, 3.0]]),))
+    points = np.array([[distance, -3.0], [distance, 3.0]])
+    return World(name="wall", polylines=(Polyline(points_xy=points),))
 
 
 def corner(distance: float) -> World:

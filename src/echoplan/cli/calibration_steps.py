@@ -104,17 +104,19 @@ class Guide:
 
         Raises ``InputError`` after the last attempt.
         """
-        for attempt in range(1, _ATTEMPTS + 1):
+        problems: list[_Problem] = []
+        while len(problems) < _ATTEMPTS:
+            if problems:
+                put(f"  Problem: {problems[-1].text}; {problems[-1].remedy}.")
             answer = self.ask(question)
             if answer.lower() in ("s", "skip"):
                 return None
             found = measure(answer)
             if not isinstance(found, _Problem):
                 return found
-            if attempt < _ATTEMPTS:
-                put(f"  Problem: {found.text}; {found.remedy}.")
-        problem = f"{found.text} ({_ATTEMPTS} attempts)"
-        raise InputError(self.device.address, problem, remedy=f"{found.remedy}, or skip the step with s")
+            problems.append(found)
+        problem = f"{problems[-1].text} ({_ATTEMPTS} attempts)"
+        raise InputError(self.device.address, problem, remedy=f"{problems[-1].remedy}, or skip the step with s")
 
 
 def observe(guide: Guide, rig: Rig, conventions: Conventions) -> Observations | None:

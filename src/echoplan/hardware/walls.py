@@ -168,7 +168,7 @@ def reading_of(
     excess = _excess_of(depth, transducer=transducer, air=air)
     reference = _excess_of(_REFERENCE, transducer=transducer, air=air)
     left = np.maximum(excess - two_way_loss(angles, ka), _WEAKEST)
-    late = crossing_delay(left, transducer) - crossing_delay(max(reference, _WEAKEST), transducer)
+    late = crossing_delay(left, transducer) - crossing_delay(np.maximum(reference, _WEAKEST), transducer)
     arm, turned = math.hypot(sensor.x, sensor.y), math.atan2(sensor.y, sensor.x) - sensor.yaw
     ranges: FloatArray = depth - arm * np.cos(angles + turned) + walk * 0.5 * air.speed_of_sound * late
     return ranges

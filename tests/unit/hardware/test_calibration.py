@@ -76,11 +76,13 @@ def calibrated(
 
 
 def test_four_sensors_in_the_wrong_order_on_a_mirrored_servo(
-    calibrated: Callable[[Bench, Iterable[Step]], Result],
+    calibrated: Callable[[Bench, Iterable[Step]], Result], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     settings = SimulationSettings(
         servo_gain=0.94, servo_offset=math.radians(6.0), zero_error=0.012, air=Air(temperature=26.0)
     )
+    # Pictures take a second.
+    monkeypatch.setattr("echoplan.viewer.rig_calibration.calibration_png", lambda _: b"\x89PNG")
     bench = Bench(FOUR, settings=settings, order=(2, 0, 3, 1), is_mirrored=True, seed=5)
     aim = math.radians(0.7)
     steps = [
@@ -131,10 +133,13 @@ def test_one_sensor_without_a_thermometer(calibrated: Callable[[Bench, Iterable[
     assert result.rig.transducer.piston_radius == pytest.approx(0.0081, rel=0.03)
 
 
-def test_bad_results_are_named_and_the_step_is_repeated(calibrated: Callable[[Bench, Iterable[Step]], Result]) -> None:
+def test_bad_results_are_named_and_the_step_is_repeated(
+    calibrated: Callable[[Bench, Iterable[Step]], Result], capsys: pytest.CaptureFixture[str]
+) -> None:
     bench = Bench(ONE)
     # Two faces of a folded screen.
-    folded = World(name="screen", polylines=(Polyline(points_xy=[[0.6, -1.1], [1.04, 0.0], [0.7, 1.1]]),))
+    points = np.array([[0.6, -1.1], [1.04, 0.0], [0.7, 1.1]])
+    folded = World(name="screen", polylines=(Polyline(points_xy=points),))
     steps = [
         does(lambda: None),
         *identifies(bench),
@@ -145,6 +150,9 @@ def test_bad_results_are_named_and_the_step_is_repeated(calibrated: Callable[[Be
     ]
     with pytest.raises(InputError, match=r"no wall was seen at 130 cm \(3 attempts\); check the tape"):
         calibrated(bench, steps)
+    said = capsys.readouterr().out
+    for problem in ("no hand was seen within 50 cm", "'far' is no distance", "the wall is not flat"):
+        assert f"Problem: {problem}" in said
 
 
 def test_a_calibration_of_which_every_step_is_skipped_writes_nothing(
