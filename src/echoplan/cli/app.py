@@ -4,7 +4,20 @@ from typing import Annotated
 
 import typer
 
-from echoplan.cli import batch, calibrate, compare, convert, demo, device, doctor, evaluate, info, live, record, simulate
+from echoplan.cli import (
+    batch,
+    calibrate,
+    compare,
+    convert,
+    demo,
+    device,
+    doctor,
+    evaluate,
+    info,
+    live,
+    record,
+    simulate,
+)
 from echoplan.cli import map as map_command
 from echoplan.cli.terminal import put
 from echoplan.version import __version__
