@@ -64,7 +64,7 @@ def first_map() -> None:
             while not (found := re.search(r"tcp://\S+", Path(printed.name).read_text(encoding="utf-8"))):
                 time.sleep(0.2)
             for words in (
-                ["record", found[0], "--out", f"{folder}/rec"],
+                ["record", found[0], "--place", "-40 20 17", "--out", f"{folder}/rec"],
                 ["map", f"{folder}/rec", "--out", f"{folder}/map"],
             ):
                 subprocess.run([*program, *words], check=True, stdout=subprocess.DEVNULL)  # noqa: S603
