@@ -40,7 +40,7 @@ def calibration_png(found: Calibration) -> bytes:
     """
     columns = max(min(len(found.views), 3), 1)
     rows = math.ceil(len(found.views) / columns)
-    text = _LINE * (len(found.values) + 2)
+    text = _LINE * (len(found.values) + 3)
     figure = new_figure(width=max(2.6 * columns, 4.2), height=_ROW * rows + text)
     grid = figure.add_gridspec(rows + 1, columns, height_ratios=[*rows * [_ROW], text])
     for place, view in enumerate(found.views):
@@ -49,13 +49,13 @@ def calibration_png(found: Calibration) -> bytes:
     below = figure.add_subplot(grid[rows, :])
     below.set_axis_off()
     for line, value in enumerate(found.values):
-        height = 1.0 - (line + 0.5) / (len(found.values) + 1.5)
+        height = 1.0 - (line + 0.5) / (len(found.values) + 2.0)
         for x, words in ((0.06, value.name), (0.56, value.text)):
             below.text(x, height, words, fontsize=8.5, fontfamily=FONT, color=INK, va="center")
     note = (
-        "Servo angles as recorded; distances in metres, stretched. Dashed: facing the wall. Dotted: edges of the beam."
+        "Servo angles as recorded; distances in metres, stretched.\nDashed: facing the wall. Dotted: edges of the beam."
     )
-    below.text(0.06, 0.0, note, fontsize=6.5, fontfamily=FONT, color=MUTED, va="bottom")
+    below.text(0.06, 0.0, note, fontsize=6.5, fontfamily=FONT, color=MUTED, va="bottom", in_layout=False)
     return png(figure)
 
 
