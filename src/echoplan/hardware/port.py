@@ -131,8 +131,10 @@ def open_port(address: str) -> Port:
     with _pyserial():
         try:
             transport = _SerialTransport(found["serial"] or f"socket://{found['tcp']}")
-        except OSError as error:
-            reason = (error.strerror or str(error)).rpartition(": ")[2]
+        except (OSError, ValueError) as error:
+            # What pyserial says of the system's error, whose text is at its end.
+            reasons = re.findall(r"(?:\[Errno -?\d+\] |\(\d+, ')([^:']+)", str(error))
+            reason = reasons[-1] if reasons else str(error).partition(": ")[0]
             remedy = "check that the device is switched on and in the same network"
             if found["serial"]:
                 remedy = f"check the cable; the serial ports are: {', '.join(port_names()) or 'none'}"
