@@ -23,8 +23,8 @@ from echoplan.model import Firing, Rig, Sweep
 __all__ = ["Device", "device_settings", "find_device"]
 
 _LOG = logging.getLogger(__name__)
-# A lost connection is tried again this often [s].
-_AGAIN = 0.5
+# A lost connection is tried again this often [s], and one that was never made whole so many times.
+_AGAIN, _ATTEMPTS = 0.5, 5
 # Time between the pings of a rig that does not state it [s]: HC-SR04 need that long.
 _PERIOD = 0.06
 # No job has this number.
@@ -178,10 +178,11 @@ class Device:
         self._greetings.append(_Greeting(hello=hello, wheels=wheels))
 
     def _check_fits(self, rig: Rig) -> None:
-        """Refuse a rig with sensors that the device does not have."""
-        strange = sorted(set(rig.sensor_ids.tolist()) - set(range(self.hello.sensors)))
+        """Refuse a rig with other sensors than those of the device, all of which fire."""
+        strange = sorted(set(rig.sensor_ids.tolist()) ^ set(range(self.hello.sensors)))
         if strange:
-            problem = f"the device has {self.hello.sensors} sensors, and the rig {rig.name!r} has a sensor {strange[0]}"
+            has = "has a" if strange[0] in rig.sensor_ids else "has no"
+            problem = f"the device has {self.hello.sensors} sensors, and the rig {rig.name!r} {has} sensor {strange[0]}"
             raise InputError(self.address, problem, remedy="name a rig.toml with the sensors of this device by --rig")
 
     def _begin(self, command: Sweeps | Move, settings: Mapping[str, int], *, is_begun: bool) -> None:
@@ -189,8 +190,12 @@ class Device:
         port = self._ports[0]
         if not is_begun:
             end_job(port)
-            for name, value in settings.items() - settings_of(port, *settings).items():
-                change_setting(port, name, value=value)
+            known = settings_of(port, *settings)
+            # A device refuses a start that is not before its stop: which of the two goes first depends on both.
+            is_stop_first = "stop" in known and settings["stop"] > known["start"]
+            for name in sorted(settings, reverse=is_stop_first):
+                if settings[name] != known[name]:
+                    change_setting(port, name, value=settings[name])
             answer = ask(port, command, Accepted)
             if isinstance(answer, Refused):
                 problem = f"the device refuses to {command.WORD} ({answer.reason})"
@@ -239,12 +244,16 @@ class Device:
             try:
                 # After a reset the port is still open.
                 if attempt or reason:
-                    self._counts["damaged lines"] += self._ports[0].damaged
                     self._ports[0].close()
-                    self._ports.append(self._connect(self.address))
+                    port = self._connect(self.address)
+                    self._counts["damaged lines"] += self._ports[0].damaged
+                    self._ports.append(port)
                 self._greet()
                 job = current_job(self._ports[0])
-            except (InputError, OSError):
+            except (InputError, OSError) as error:
+                if not self._greetings and attempt == _ATTEMPTS:
+                    remedy = "check that the device runs the firmware of echoplan"
+                    raise InputError(self.address, "the connection is lost at once", remedy=remedy) from error
                 time.sleep(_AGAIN)
             else:
                 break
