@@ -185,8 +185,8 @@ class Device:
             problem = f"the device has {self.hello.sensors} sensors, and the rig {rig.name!r} {has} sensor {strange[0]}"
             raise InputError(self.address, problem, remedy="name a rig.toml with the sensors of this device by --rig")
 
-    def _begin(self, command: Sweeps | Move, settings: Mapping[str, int], *, is_begun: bool) -> None:
-        """Begin a job with some settings; raise ``OSError`` if the device was reset meanwhile and lost them."""
+    def _begin(self, command: Sweeps | Move, settings: Mapping[str, int], *, is_begun: bool) -> bool:
+        """Begin a job with some settings; False if the device was reset meanwhile and lost them."""
         port = self._ports[0]
         if not is_begun:
             end_job(port)
@@ -200,9 +200,7 @@ class Device:
             if isinstance(answer, Refused):
                 problem = f"the device refuses to {command.WORD} ({answer.reason})"
                 raise InputError(self.address, problem, remedy="reset it, or update its firmware")
-        if settings_of(port, *settings) != settings:
-            ask(port, Stop(job=command.job), Accepted)
-            raise ConnectionResetError("the device was reset")
+        return settings_of(port, *settings) == settings
 
     def _job(self, command: Sweeps | Move, settings: Mapping[str, int]) -> Iterator[Timed]:
         """Yield the records of a job; without ``Done`` at the end, the device was reset."""
@@ -221,7 +219,10 @@ class Device:
         while job in (0, command.job):
             reason = None
             try:
-                self._begin(command, settings, is_begun=bool(job))
+                if not self._begin(command, settings, is_begun=bool(job)):
+                    # The next job ends this one.
+                    self._tracks.append(replace(self._tracks[0], counts=None))
+                    return
                 for record in records_of(self._ports[0], command.job, start=following):
                     following = record.number + 1
                     yield record

@@ -8,6 +8,7 @@ import pytest
 from echoplan.acoustics import Air
 from echoplan.errors import InputError
 from echoplan.hardware.driver import Device, device_settings
+from echoplan.hardware.head import Head
 from echoplan.hardware.port import Port
 from echoplan.io import builtin_rig
 from echoplan.model import Rig, Sweep
@@ -92,6 +93,19 @@ def test_settings_are_changed_in_an_order_that_the_device_accepts(start: int, st
 def test_a_device_that_always_cuts_the_connection_is_given_up() -> None:
     with pytest.raises(InputError, match="test: the connection is lost at once; check that the device runs the firmw"):
         sweeps(Line(cuts=range(1000)))
+
+
+def test_a_job_that_a_reset_deprived_of_its_settings_is_begun_again() -> None:
+    class Forgetful(Line):
+        def write(self, data: bytes) -> None:
+            if b"$sweep" in data and not self.resets:
+                self.resets.add(0)
+                self.heads[:] = [Head(self.heads[0].board)]
+            super().write(data)
+
+    made, counts = sweeps(Forgetful(), count=1)
+    check(made, count=1)
+    assert not any(counts.values())
 
 
 def test_damaged_lines_are_counted_once_however_often_a_connection_fails() -> None:
