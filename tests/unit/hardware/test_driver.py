@@ -12,7 +12,7 @@ from echoplan.hardware.head import Head
 from echoplan.hardware.port import Port
 from echoplan.io import builtin_rig
 from echoplan.model import Rig, Sweep
-from helpers.devices import Line, flight
+from helpers.devices import Line, Room, flight
 
 RIG = builtin_rig("rotary-array")
 
@@ -123,6 +123,15 @@ def test_damaged_lines_are_counted_once_however_often_a_connection_fails() -> No
     _, once = sweeps(Line(bit_errors=0.003, cuts=(700,), seed=1), count=1)
     assert refusals[0] == 50
     assert counts < 1.5 * once["damaged lines"]
+
+
+def test_the_temperature_of_a_broken_thermometer_is_not_recorded() -> None:
+    class Broken(Room):
+        def temperature(self) -> int:
+            return 8500
+
+    made, _ = sweeps(Line(Broken()), count=1)
+    assert np.isnan(made[0].temperature)
 
 
 def test_the_settings_are_those_of_the_rig() -> None:
