@@ -221,8 +221,7 @@ class Device:
             try:
                 if not self._begin(command, settings, is_begun=bool(job)):
                     # The next job ends this one.
-                    self._tracks.append(replace(self._tracks[0], counts=None))
-                    return
+                    break
                 for record in records_of(self._ports[0], command.job, start=following):
                     following = record.number + 1
                     yield record
@@ -236,6 +235,8 @@ class Device:
                     ask(self._ports[0], Stop(job=command.job), Accepted)
                 raise
             job = self._connect_again(reason) or _RESET
+        # The wheels are counted from zero after a reset.
+        self._tracks.append(replace(self._tracks[0], counts=None))
 
     def _connect_again(self, reason: Exception | None) -> int:
         """Wait until the device answers, and return its job; 0 after a reset."""
@@ -258,9 +259,6 @@ class Device:
                 time.sleep(_AGAIN)
             else:
                 break
-        if not job:
-            # The wheels are counted from zero after a reset.
-            self._tracks.append(replace(self._tracks[0], counts=None))
         return job
 
 
