@@ -75,11 +75,11 @@ def _rig_of(name: str, device: "Device") -> "tuple[Rig, str]":
     """Return a rig and the text of its file: a file is kept as it stands, with the conventions in it."""
     from echoplan.io import format_rig  # noqa: PLC0415
     from echoplan.io.files import read_text  # noqa: PLC0415
-    from echoplan.sources import device_conventions, find_rig, rig_name  # noqa: PLC0415
+    from echoplan.sources import device_conventions, find_rig, names_file, rig_name  # noqa: PLC0415
 
     device_conventions(name)
     rig = find_rig(rig_name(name, device))
-    return rig, read_text(Path(name)) if Path(name).suffix else format_rig(rig)
+    return rig, read_text(Path(name)) if names_file(name) else format_rig(rig)
 
 
 def _poses(device: "Device", stations: "Sequence[FloatArray]") -> "Iterator[FloatArray]":
