@@ -34,6 +34,7 @@ __all__ = [
     "find_truth",
     "find_world",
     "has_rig_file",
+    "names_file",
     "notes_of",
     "open_source",
     "rig_name",
@@ -139,7 +140,7 @@ def find_rig(name: str) -> Rig:
     >>> len(find_rig("ring-16").sensors)
     16
     """
-    return read_rig(Path(name)) if _is_file(name) else builtin_rig(name)
+    return read_rig(Path(name)) if names_file(name) else builtin_rig(name)
 
 
 def find_world(name: str) -> World:
@@ -167,7 +168,7 @@ def find_world(name: str) -> World:
     >>> find_world("hexagon").name
     'hexagon'
     """
-    return read_world(Path(name)) if _is_file(name) else builtin_world(name)
+    return read_world(Path(name)) if names_file(name) else builtin_world(name)
 
 
 def find_route(name: str) -> Route:
@@ -195,7 +196,7 @@ def find_route(name: str) -> Route:
     >>> find_route("square").stamps_ns is None
     True
     """
-    if not _is_file(name):
+    if not names_file(name):
         return builtin_route(name)
     path = Path(name)
     beside = path.with_suffix(".csv")
@@ -254,7 +255,8 @@ def summary_of_bag(text: str, options: BagOptions | None) -> BagSummary | None:
     return None if is_other else summarise_bag(text, options)
 
 
-def _is_file(name: str) -> bool:
+def names_file(name: str) -> bool:
+    """Return whether the name of a rig, world or route is that of a file, and not of something built in."""
     return bool(Path(name).suffix) or len(Path(name).parts) > 1
 
 
@@ -348,7 +350,7 @@ def device_conventions(name: str) -> Conventions:
     InputError
         If the file states units of ranges or places: a device has none.
     """
-    conventions = read_conventions(Path(name)) if name and _is_file(name) else Conventions()
+    conventions = read_conventions(Path(name)) if name and names_file(name) else Conventions()
     servo = {each: getattr(conventions, each) for each in ("servo_sign", "servo_offset", "servo_gain")}
     if conventions != Conventions(**servo):
         problem = "its [conventions] state units or headings, and devices are recorded in metres and radians"

@@ -132,10 +132,10 @@ def _discard(stream: TextIO) -> None:
 
 
 def _prepare_streams() -> None:
-    """Open the streams that are closed, so that no file gets their numbers, and let every terminal show all text."""
+    """Open the streams that are closed, so that no file gets their numbers, and let them show and read any text."""
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         stream = getattr(sys, name)
         if stream is None:
             setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_RDWR), mode, encoding="utf-8"))
-        elif mode == "w" and isinstance(stream, io.TextIOWrapper):
+        elif isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")

@@ -32,7 +32,7 @@ def run(
         typer.Option(help='"x y heading" of a station [cm, cm, degrees]; repeatable. Without it you are asked.'),
     ] = None,
     places: Annotated[Path | None, typer.Option(help="File of such places, one a line.")] = None,
-    sweeps: Annotated[int, typer.Option(min=1, help="Sweeps at each station.")] = 1,
+    sweeps: Annotated[int, typer.Option(min=1, max=65535, help="Sweeps at each station.")] = 1,
     append: Annotated[bool, typer.Option("--append", help="Continue a recording.")] = False,
 ) -> None:
     """Record sweeps of a device, at stations where you place it or to which it drives.
@@ -75,26 +75,31 @@ def _rig_of(name: str, device: "Device") -> "tuple[Rig, str]":
     """Return a rig and the text of its file: a file is kept as it stands, with the conventions in it."""
     from echoplan.io import format_rig  # noqa: PLC0415
     from echoplan.io.files import read_text  # noqa: PLC0415
-    from echoplan.sources import device_conventions, find_rig, rig_name  # noqa: PLC0415
+    from echoplan.sources import device_conventions, find_rig, names_file, rig_name  # noqa: PLC0415
 
     device_conventions(name)
     rig = find_rig(rig_name(name, device))
-    return rig, read_text(Path(name)) if Path(name).suffix else format_rig(rig)
+    return rig, read_text(Path(name)) if names_file(name) else format_rig(rig)
 
 
 def _poses(device: "Device", stations: "Sequence[FloatArray]") -> "Iterator[FloatArray]":
     """Yield where the robot stands [m, m, rad], station by station."""
-    if "drive" in device.capabilities:
+    # Without the geometry of its wheels, nobody knows where it has driven.
+    if "drive" in device.capabilities and device.wheels is not None:
         return _driven_poses(device, stations)
     return _announced_poses(stations) if stations else _asked_poses()
 
 
 def _driven_poses(device: "Device", stations: "Sequence[FloatArray]") -> "Iterator[FloatArray]":
-    """Let the device drive from station to station: those that are given, or where it says that it is."""
+    """Let the device drive from station to station: those that are given, or where its wheels say that it is."""
+    from echoplan.errors import InputError  # noqa: PLC0415 - --help must not wait for NumPy
+
     yield stations[0] if stations else device.pose
     if len(stations) > 1:
-        for station in stations[1:]:
-            device.move()
+        for number, station in enumerate(stations[1:], start=2):
+            if not device.move():
+                remedy = "give the places of its route only, and continue with --append"
+                raise InputError(device.address, f"it does not drive to station {number}", remedy=remedy)
             yield station
     else:
         while device.move():

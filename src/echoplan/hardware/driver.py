@@ -23,8 +23,8 @@ from echoplan.model import Firing, Rig, Sweep
 __all__ = ["Device", "device_settings", "find_device"]
 
 _LOG = logging.getLogger(__name__)
-# A lost connection is tried again this often [s].
-_AGAIN = 0.5
+# A lost connection is tried again this often [s], and one that was never made whole so many times.
+_AGAIN, _ATTEMPTS = 0.5, 5
 # Time between the pings of a rig that does not state it [s]: HC-SR04 need that long.
 _PERIOD = 0.06
 # No job has this number.
@@ -178,26 +178,29 @@ class Device:
         self._greetings.append(_Greeting(hello=hello, wheels=wheels))
 
     def _check_fits(self, rig: Rig) -> None:
-        """Refuse a rig with sensors that the device does not have."""
-        strange = sorted(set(rig.sensor_ids.tolist()) - set(range(self.hello.sensors)))
+        """Refuse a rig with other sensors than those of the device, all of which fire."""
+        strange = sorted(set(rig.sensor_ids.tolist()) ^ set(range(self.hello.sensors)))
         if strange:
-            problem = f"the device has {self.hello.sensors} sensors, and the rig {rig.name!r} has a sensor {strange[0]}"
+            has = "has a" if strange[0] in rig.sensor_ids else "has no"
+            problem = f"the device has {self.hello.sensors} sensors, and the rig {rig.name!r} {has} sensor {strange[0]}"
             raise InputError(self.address, problem, remedy="name a rig.toml with the sensors of this device by --rig")
 
-    def _begin(self, command: Sweeps | Move, settings: Mapping[str, int], *, is_begun: bool) -> None:
-        """Begin a job with some settings; raise ``OSError`` if the device was reset meanwhile and lost them."""
+    def _begin(self, command: Sweeps | Move, settings: Mapping[str, int], *, is_begun: bool) -> bool:
+        """Begin a job with some settings; False if the device was reset meanwhile and lost them."""
         port = self._ports[0]
         if not is_begun:
             end_job(port)
-            for name, value in settings.items() - settings_of(port, *settings).items():
-                change_setting(port, name, value=value)
+            known = settings_of(port, *settings)
+            # A device refuses a start that is not before its stop: which of the two goes first depends on both.
+            is_stop_first = "stop" in known and settings["stop"] > known["start"]
+            for name in sorted(settings, reverse=is_stop_first):
+                if settings[name] != known[name]:
+                    change_setting(port, name, value=settings[name])
             answer = ask(port, command, Accepted)
             if isinstance(answer, Refused):
                 problem = f"the device refuses to {command.WORD} ({answer.reason})"
                 raise InputError(self.address, problem, remedy="reset it, or update its firmware")
-        if settings_of(port, *settings) != settings:
-            ask(port, Stop(job=command.job), Accepted)
-            raise ConnectionResetError("the device was reset")
+        return settings_of(port, *settings) == settings
 
     def _job(self, command: Sweeps | Move, settings: Mapping[str, int]) -> Iterator[Timed]:
         """Yield the records of a job; without ``Done`` at the end, the device was reset."""
@@ -216,7 +219,9 @@ class Device:
         while job in (0, command.job):
             reason = None
             try:
-                self._begin(command, settings, is_begun=bool(job))
+                if not self._begin(command, settings, is_begun=bool(job)):
+                    # The next job ends this one.
+                    break
                 for record in records_of(self._ports[0], command.job, start=following):
                     following = record.number + 1
                     yield record
@@ -230,6 +235,8 @@ class Device:
                     ask(self._ports[0], Stop(job=command.job), Accepted)
                 raise
             job = self._connect_again(reason) or _RESET
+        # The wheels are counted from zero after a reset.
+        self._tracks.append(replace(self._tracks[0], counts=None))
 
     def _connect_again(self, reason: Exception | None) -> int:
         """Wait until the device answers, and return its job; 0 after a reset."""
@@ -239,18 +246,19 @@ class Device:
             try:
                 # After a reset the port is still open.
                 if attempt or reason:
-                    self._counts["damaged lines"] += self._ports[0].damaged
                     self._ports[0].close()
-                    self._ports.append(self._connect(self.address))
+                    port = self._connect(self.address)
+                    self._counts["damaged lines"] += self._ports[0].damaged
+                    self._ports.append(port)
                 self._greet()
                 job = current_job(self._ports[0])
-            except (InputError, OSError):
+            except (InputError, OSError) as error:
+                if not self._greetings and attempt == _ATTEMPTS:
+                    remedy = "check that the device runs the firmware of echoplan"
+                    raise InputError(self.address, "the connection is lost at once", remedy=remedy) from error
                 time.sleep(_AGAIN)
             else:
                 break
-        if not job:
-            # The wheels are counted from zero after a reset.
-            self._tracks.append(replace(self._tracks[0], counts=None))
         return job
 
 

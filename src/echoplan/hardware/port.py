@@ -132,9 +132,11 @@ def open_port(address: str) -> Port:
     with _pyserial():
         try:
             transport = _SerialTransport(found["serial"] or f"socket://{found['tcp']}")
-        except OSError as error:
-            # The text of pyserial ends with the reason for sockets, and with the name for serial ports.
-            reason = os.strerror(error.errno) if error.errno else str(error).rpartition(": ")[2]
+        except (OSError, ValueError) as error:
+            # pyserial states the error of the system as a number or in its text; a bad address is a ValueError.
+            number = getattr(error, "errno", None)
+            reasons = [os.strerror(number)] if number else re.findall(r"\[Errno -?\d+\] ([^:']+)", str(error))
+            reason = reasons[-1] if reasons else str(error).partition(": ")[0]
             remedy = "check that the device is switched on and in the same network"
             if found["serial"]:
                 remedy = f"check the cable; the serial ports are: {', '.join(port_names()) or 'none'}"

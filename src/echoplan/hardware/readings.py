@@ -13,6 +13,7 @@ from echoplan.geometry import compose
 from echoplan.hardware.messages import Air as Temperature
 from echoplan.hardware.messages import Echo, Record, Wheels
 from echoplan.model import Rig, Sweep
+from echoplan.model.sweep import COLDEST, HOTTEST
 
 __all__ = ["Timed", "Track", "Wheelbase", "driven", "ranges_of", "sweep_of", "timed"]
 
@@ -127,7 +128,7 @@ def sweep_of(records: Sequence[Timed], *, index: int, rig: Rig, poses: Sequence[
     echoes = [(each.stamp_ns, each.record) for each in records if isinstance(each.record, Echo)]
     columns = [(stamp_ns, echo.sensor, echo.angle, echo.flight) for stamp_ns, echo in echoes]
     stamps_ns, sensor_ids, angles, flights = np.array(columns, dtype=np.int64).reshape(-1, 4).T
-    temperatures = [0.01 * each.record.temperature for each in records if isinstance(each.record, Temperature)]
+    temperatures = (0.01 * each.record.temperature for each in records if isinstance(each.record, Temperature))
     times_ns, known = zip(*poses, strict=True)
     # Differences, because nanoseconds since 1970 do not fit a float.
     since, knots = stamps_ns - times_ns[0], np.array(times_ns, dtype=np.int64) - times_ns[0]
@@ -138,5 +139,6 @@ def sweep_of(records: Sequence[Timed], *, index: int, rig: Rig, poses: Sequence[
         servo_angles=np.radians(0.01 * angles),
         ranges=ranges_of(flights, sensor_ids, rig=rig),
         map_from_base=np.column_stack([np.interp(since, knots, column) for column in np.array(known).T]),
-        temperature=next(iter(temperatures), math.nan),
+        # A broken thermometer reports what no air has: a DS18B20 85 degrees.
+        temperature=next((each for each in temperatures if COLDEST <= each <= HOTTEST), math.nan),
     )

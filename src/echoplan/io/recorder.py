@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Self
 
 from echoplan.errors import InputError
-from echoplan.io.files import check_folder, readable, writable, write_text
+from echoplan.io.files import check_folder, read_text, readable, writable, write_text
 from echoplan.io.pings import MEASURED, REQUIRED
 from echoplan.io.recording import PINGS, ROWS, complete_rows, lines_of, measured_columns, read_recording
 from echoplan.model import Sweep
@@ -20,14 +20,15 @@ class Recorder:
     """A recording to which sweeps are appended: a context manager.
 
     A sweep is on the disk when ``add`` returns. Until the recorder is closed, the file ``pings.rows`` holds the number
-    of complete rows, so that an incomplete sweep of a program that was killed is not read.
+    of complete rows, so that an incomplete sweep of a program that was killed is not read. Stamps that would go back,
+    because the clock of the computer did, are moved behind those before them.
 
     Parameters
     ----------
     path : Path
         The folder; it is made if there is none.
     rig : str
-        Text of its ``rig.toml``; a recording that is continued keeps its own.
+        Text of its ``rig.toml``; that of a recording that is continued must be the same.
     append : bool, optional
         Whether to continue a recording.
 
@@ -61,6 +62,7 @@ class Recorder:
             raise InputError(path, "it holds a recording already", remedy=remedy)
         check_folder(path, [PINGS, ROWS, "rig.toml"])
         self.path = path
+        # How many bytes, rows and sweeps are complete, and the last stamp.
         self._written = Counter[str]()
         self._header: list[str] = []
         self._rig = rig
@@ -71,7 +73,12 @@ class Recorder:
         return self
 
     def __exit__(self, *_: object) -> None:
-        with writable(self.path / ROWS):
+        with writable(self.path / PINGS):
+            if self._written["rows"]:
+                # A sweep may have been interrupted, or the disk full.
+                os.truncate(self.path / PINGS, self._written["bytes"])
+            else:
+                (self.path / PINGS).unlink(missing_ok=True)
             (self.path / ROWS).unlink(missing_ok=True)
 
     @property
@@ -87,20 +94,24 @@ class Recorder:
         OutputError
             If it cannot be written; it is not read later.
         """
-        is_first = not self._header
-        if is_first:
-            self._header += [*REQUIRED, *measured_columns(sweep)]
+        done = self._written
+        if not done["rows"]:
+            self._header[:] = [*REQUIRED, *measured_columns(sweep)]
             write_text(self.path / "rig.toml", self._rig)
             self._commit()
         measured = tuple(name for name in MEASURED if name in self._header)
-        numbered = replace(sweep, index=self._written["sweeps"])
-        head = [",".join(self._header) + "\n"] if is_first else []
-        block = "".join([*head, *lines_of(numbered, measured)])
-        with writable(self.path / PINGS), (self.path / PINGS).open("a", encoding="utf-8", newline="\n") as file:
+        delay_ns = max(done["last_ns"] - int(sweep.stamps_ns[0]), 0)
+        numbered = replace(sweep, index=done["sweeps"], stamps_ns=sweep.stamps_ns + delay_ns)
+        head = [] if done["rows"] else [",".join(self._header) + "\n"]
+        block = "".join([*head, *lines_of(numbered, measured)]).encode()
+        with writable(self.path / PINGS), (self.path / PINGS).open("ab") as file:
+            # An earlier sweep may not have been written whole.
+            file.truncate(done["bytes"])
             file.write(block)
             file.flush()
             os.fsync(file.fileno())
-        self._written.update(rows=len(sweep), sweeps=1)
+        done.update(bytes=len(block), rows=len(sweep), sweeps=1)
+        done["last_ns"] = int(numbered.stamps_ns[-1])
         self._commit()
 
     def _commit(self) -> None:
@@ -115,15 +126,24 @@ class Recorder:
                 (self.path / PINGS).unlink()
             return
         recording = read_recording(self.path)
+        if read_text(self.path / "rig.toml") != self._rig:
+            remedy = "leave out --rig, or record into another folder"
+            raise InputError(self.path / "rig.toml", "the recording was made with another rig", remedy=remedy)
         header = list(recording.table.header)
         if header not in ([*REQUIRED], [*REQUIRED, *MEASURED]):
             remedy = "record into another folder"
             raise InputError(self.path / PINGS, "it has columns that a device does not measure", remedy=remedy)
-        lengths, last = zip(*((len(sweep), sweep.index) for sweep in recording), strict=True)
-        if rows is not None:
+        for sweep in recording:
+            self._written["rows"] += len(sweep)
+            self._written["sweeps"] = sweep.index + 1
+            self._written["last_ns"] = int(sweep.stamps_ns[-1])
+        with (self.path / PINGS).open("rb") as file:
+            file.seek(-1, os.SEEK_END)
+            is_whole = rows is None and file.read() == b"\n"
+        if not is_whole:
             with (self.path / PINGS).open(encoding="utf-8") as file:
-                complete = "".join(islice(file, 1 + rows))
-            write_text(self.path / PINGS, complete)
+                complete = "".join(islice(file, None if rows is None else 1 + rows))
+            write_text(self.path / PINGS, complete.rstrip("\n") + "\n")
         self._header += header
-        self._written.update(rows=sum(lengths), sweeps=last[-1] + 1)
+        self._written["bytes"] = (self.path / PINGS).stat().st_size
         self._commit()

@@ -62,7 +62,8 @@ class DeviceFeed:
         self._playing.set()
         self._device = Device(address, watch=self._watch, connect=connect)
         self._pose = deque([self._device.pose], maxlen=1)
-        self._drives = "drive" in self._device.capabilities
+        # Without the geometry of its wheels, nobody knows where it has driven.
+        self._drives = "drive" in self._device.capabilities and self._device.wheels is not None
 
     @property
     def controls(self) -> frozenset[Control]:

@@ -90,7 +90,7 @@ class Feed(Protocol):
         ...
 
     def place(self, map_from_base: FloatArray) -> None:
-        """Set where the following sweeps are made [m, m, rad]; a robot that knows its pose need not listen."""
+        """Set where the following sweeps are made [m, m, rad]; a robot that knows its pose may ignore it."""
         ...
 
     def sweep(self) -> None:

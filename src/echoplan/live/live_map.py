@@ -148,7 +148,10 @@ class LiveMap:
             if not len(survey):
                 raise InputError("save", "there is no station yet", remedy="make a sweep first")
             write = partial(write_results, survey, folder=self._folder, archive=self._archive)
-            names = await asyncio.get_running_loop().run_in_executor(self._executor, write)
+            try:
+                names = await asyncio.get_running_loop().run_in_executor(self._executor, write)
+            except BrokenProcessPool as error:
+                raise InputError("save", "the mapper ended", remedy="free some memory and save again") from error
             self._files.update({name: self._folder / name for name in names} | {ARCHIVE: self._archive})
             self._flags["unsaved"] = survey != self.survey
             self.post("saved", {"files": [ARCHIVE, *names], "stations": len(survey.station_poses)})

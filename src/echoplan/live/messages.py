@@ -1,4 +1,4 @@
-"""What the server tells a page: topics as JSON, each of which replaces what was told before."""
+"""What the server sends to a page: topics as JSON; a message replaces the one before it of the same topic."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -37,7 +37,7 @@ def hello_message(feed: Feed, *, folder: str) -> dict[str, object]:
 
 
 def sweep_message(sweep: Sweep, rig: Rig) -> dict[str, object]:
-    """Tell where the echoes of a sweep would lie if sound were a ray [mm], and how the sensors look [rad]."""
+    """Return where the echoes of a sweep would lie if sound were a ray [mm], and the bearings of the sensors [rad]."""
     pings = Pings.from_sweep(sweep, rig)
     valid = is_valid(pings, rig)
     ends = pings.origins_xy + np.where(valid, pings.ranges, 0.0)[:, None] * directions(pings.bearings)
@@ -56,7 +56,7 @@ def sweep_message(sweep: Sweep, rig: Rig) -> dict[str, object]:
 
 
 def health_message(sweeps: Sequence[Sweep], rig: Rig) -> list[dict[str, object]]:
-    """Tell how each sensor works."""
+    """Return the state of each sensor."""
     return [
         {"id": each.sensor_id, "pings": each.pings, "share": round(each.share, 3), "state": str(each.state)}
         for each in sensor_health(sweeps, rig)
@@ -64,7 +64,7 @@ def health_message(sweeps: Sequence[Sweep], rig: Rig) -> list[dict[str, object]]
 
 
 def stations_message(survey: Survey) -> dict[str, object]:
-    """Tell where the stations are as placed, and of which sweeps each is made."""
+    """Return where the stations were placed, and the sweeps of each."""
     poses, numbers = survey.station_poses, survey.stations
     labels = station_labels(np.arange(len(poses)), poses[:, :2])
     counts = np.bincount(numbers, minlength=len(poses)).tolist()

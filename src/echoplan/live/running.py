@@ -63,8 +63,9 @@ def run_live(
             feed.close()
             # A map that nobody will see is not waited for.
             mapper.shutdown(wait=False, cancel_futures=True)
-        if out is not None and live_map.has_unsaved and len(live_map.survey):
-            write_recording(out / "recording", live_map.survey.recording)
+            # Even after an error, what was recorded is kept.
+            if out is not None and live_map.has_unsaved and len(live_map.survey):
+                write_recording(out / "recording", live_map.survey.recording)
 
 
 async def _run(live_map: LiveMap, *, host: str, port: int, token: str, ready: Callable[[str], None]) -> None:

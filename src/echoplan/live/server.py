@@ -146,7 +146,7 @@ class LiveServer:
                 await self._tick.wait()
 
     async def _obey(self, text: str | bytes, viewer: "ServerConnection") -> None:
-        """Do what a viewer asks for, or tell it in one line why not."""
+        """Do what a viewer asks for, or answer in one line why not."""
         try:
             command = parse_command(text)
             if isinstance(command, SaveCommand):

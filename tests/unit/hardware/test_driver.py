@@ -1,14 +1,18 @@
 """The driver of a device: complete sweeps, whatever the line does to its messages."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from echoplan.acoustics import Air
 from echoplan.errors import InputError
 from echoplan.hardware.driver import Device, device_settings
+from echoplan.hardware.head import Head
+from echoplan.hardware.port import Port
 from echoplan.io import builtin_rig
 from echoplan.model import Rig, Sweep
-from helpers.devices import Line, flight
+from helpers.devices import Line, Room, flight
 
 RIG = builtin_rig("rotary-array")
 
@@ -70,6 +74,64 @@ def test_a_rig_with_more_sensors_than_the_device_is_refused() -> None:
         InputError, match="the device has 4 sensors, and the rig 'ring of sixteen' has a sensor 4; name a rig"
     ):
         sweeps(Line(), rig=builtin_rig("ring-16"))
+
+
+def test_a_rig_without_one_of_the_sensors_of_the_device_is_refused() -> None:
+    rig = replace(RIG, sensors=RIG.sensors[:3], firing=None)
+    with pytest.raises(InputError, match="the device has 4 sensors, and the rig 'rotary array' has no sensor 3; name"):
+        sweeps(Line(), rig=rig)
+
+
+@pytest.mark.parametrize(("start", "stop"), [(-9000, -5000), (5000, 9000)])
+def test_settings_are_changed_in_an_order_that_the_device_accepts(start: int, stop: int) -> None:
+    line = Line()
+    line.heads[0].settings.update(start=start, stop=stop)
+    made, _ = sweeps(line, count=1)
+    check(made, count=1)
+
+
+def test_a_device_that_always_cuts_the_connection_is_given_up() -> None:
+    with pytest.raises(InputError, match="test: the connection is lost at once; check that the device runs the firmw"):
+        sweeps(Line(cuts=range(1000)))
+
+
+def test_a_job_that_a_reset_deprived_of_its_settings_is_begun_again() -> None:
+    class Forgetful(Line):
+        def write(self, data: bytes) -> None:
+            if b"$sweep" in data and not self.resets:
+                self.resets.add(0)
+                self.heads[:] = [Head(self.heads[0].board)]
+            super().write(data)
+
+    made, counts = sweeps(Forgetful(), count=1)
+    check(made, count=1)
+    assert not any(counts.values())
+
+
+def test_damaged_lines_are_counted_once_however_often_a_connection_fails() -> None:
+    line, refusals = Line(bit_errors=0.003, cuts=(700,), seed=1), [0]
+
+    def connect(name: str) -> Port:
+        refusals[0] += 1
+        if 1 < refusals[0] < 50:
+            raise OSError
+        return line.connect(name)
+
+    with Device("test", connect=connect) as device:
+        check([*device.sweeps(1, rig=RIG)], count=1)
+        counts = device.counts["damaged lines"]
+    _, once = sweeps(Line(bit_errors=0.003, cuts=(700,), seed=1), count=1)
+    assert refusals[0] == 50
+    assert counts < 1.5 * once["damaged lines"]
+
+
+def test_the_temperature_of_a_broken_thermometer_is_not_recorded() -> None:
+    class Broken(Room):
+        def temperature(self) -> int:
+            return 8500
+
+    made, _ = sweeps(Line(Broken()), count=1)
+    assert np.isnan(made[0].temperature)
 
 
 def test_the_settings_are_those_of_the_rig() -> None:

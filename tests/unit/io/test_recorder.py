@@ -3,6 +3,7 @@
 import multiprocessing
 import os
 import random
+import resource
 import signal
 import time
 from pathlib import Path
@@ -10,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from echoplan.errors import InputError
+from echoplan.errors import InputError, OutputError
 from echoplan.io import Recorder, builtin_rig, format_rig, read_recording
 from echoplan.model import Sweep
 
@@ -61,6 +62,57 @@ def test_a_temperature_is_recorded_where_it_was_measured(tmp_path: Path) -> None
         recorder.add(sweep(1))
     temperatures = [each.temperature for each in read_recording(tmp_path / "rec")]
     np.testing.assert_array_equal(temperatures, [21.5, np.nan])
+
+
+def test_a_sweep_that_could_not_be_written_is_not_read(tmp_path: Path) -> None:
+    record(tmp_path / "rec", count=1)
+    size = (tmp_path / "rec" / "pings.csv").stat().st_size
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    with Recorder(tmp_path / "rec", rig=RIG, append=True) as recorder:
+        # As on a full disk, half of the sweep is written.
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size * 3 // 2, before[1]))
+        try:
+            with pytest.raises(OutputError, match=r"pings\.csv"):
+                recorder.add(sweep(1))
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
+            signal.signal(signal.SIGXFSZ, handler)
+        half = (tmp_path / "rec" / "pings.csv").stat().st_size
+        recorder.add(sweep(2))
+    assert half > size
+    assert [each.ranges[0] for each in read_recording(tmp_path / "rec")] == [1.0, 1.0 + 2 / 1024]
+
+
+def test_a_first_sweep_that_is_interrupted_leaves_no_pings(tmp_path: Path) -> None:
+    with Recorder(tmp_path / "rec", rig=RIG):
+        (tmp_path / "rec").mkdir()
+        (tmp_path / "rec" / "pings.csv").write_text("t,sweep,sen")
+    record(tmp_path / "rec", count=1)
+    assert len(read_recording(tmp_path / "rec")) == 1
+
+
+def test_a_recording_is_continued_although_the_clock_went_back(tmp_path: Path) -> None:
+    record(tmp_path / "rec", first=0, count=3)
+    with Recorder(tmp_path / "rec", rig=RIG, append=True) as recorder:
+        recorder.add(sweep(0))
+    stamps = [each.stamps_ns for each in read_recording(tmp_path / "rec")]
+    np.testing.assert_array_equal(stamps[3] - stamps[3][0], np.arange(60))
+    assert stamps[3][0] >= stamps[2][-1]
+
+
+def test_a_recording_without_a_last_line_feed_is_continued(tmp_path: Path) -> None:
+    record(tmp_path / "rec")
+    pings = tmp_path / "rec" / "pings.csv"
+    pings.write_text(pings.read_text().rstrip("\n"))
+    record(tmp_path / "rec", first=3)
+    assert [len(each) for each in read_recording(tmp_path / "rec")] == [60] * 6
+
+
+def test_a_recording_is_not_continued_with_another_rig(tmp_path: Path) -> None:
+    record(tmp_path / "rec")
+    with pytest.raises(InputError, match="the recording was made with another rig; leave out --rig"):
+        Recorder(tmp_path / "rec", rig=format_rig(builtin_rig("hc-sr04-servo")), append=True)
 
 
 def test_a_recording_with_columns_of_others_is_not_continued(tmp_path: Path) -> None:
