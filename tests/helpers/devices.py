@@ -12,7 +12,7 @@ TICK_US = 2000
 
 
 class Room(Board):
-    """A board whose times of flight tell where they come from: 100 us a degree, 10 000 us a sensor."""
+    """A board whose times of flight depend on pulse and sensor: 100 us a degree, 10 000 us a sensor."""
 
     name = "test"
     sensors = 4

@@ -27,7 +27,7 @@ pytestmark = [
 ]
 STATIONS = 5
 # The first map of a process waits for compiled code.
-PATIENCE_MS = 60_000
+PATIENCE_MS = 120_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
