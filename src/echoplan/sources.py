@@ -301,8 +301,11 @@ def _open_device(text: str, _: SimulationSettings | None) -> Source:
         problem = f"{reprlib.repr(count)} is not a number of sweeps"
         raise InputError(text, problem, remedy="write for example sweeps=3")
     name = options.get("rig", "")
-    with Device(address) as device:
-        rig = find_rig(rig_name(name, device))
+    if not name:
+        # An Arduino is reset whenever its port is opened.
+        with Device(address) as device:
+            name = rig_name(name, device)
+    rig = find_rig(name)
     return DeviceSource(name=address, rig=rig, count=int(count), conventions=device_conventions(name))
 
 

@@ -23,8 +23,8 @@ class SweepProgress:
         columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("pings"))
         self._bar = Progress(*columns, console=self._console, transient=True, disable=not self._console.is_terminal)
         self._logging = logging_to(self._console)
-        # The last two sweeps: a fault of a sensor shows in them.
-        self._sweeps = deque["Sweep"](maxlen=2)
+        # The last sweeps: a silent sensor shows in two, and one that always reads the same value in three.
+        self._sweeps = deque["Sweep"](maxlen=5)
         self._reported = set[str]()
 
     def __enter__(self) -> Self:
@@ -49,7 +49,7 @@ class SweepProgress:
             self._bar.advance(self._bar.task_ids[-1])
 
     def check(self, sweep: "Sweep", rig: "Rig") -> None:
-        """Warn once of each fault of a sensor that the last two sweeps show."""
+        """Warn once of each fault of a sensor that the last sweeps show."""
         from echoplan.diagnosis import faults_in_words  # noqa: PLC0415
         from echoplan.preprocessing import Faults, find_faults  # noqa: PLC0415
 

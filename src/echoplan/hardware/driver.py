@@ -62,8 +62,6 @@ class Device:
         self._watch = watch
         self._connect = connect
         self._counts = Counter[str]()
-        # Jobs of an earlier run may still be going on.
-        self._jobs = (number % 65535 + 1 for number in count(time.time_ns() // 1_000_000))
         # Each holds its newest value only.
         self._ports = deque[Port](maxlen=1)
         self._tracks = deque([Track(pose=identity())], maxlen=1)
@@ -71,9 +69,11 @@ class Device:
         self._ports.append(connect(address))
         self._greetings = deque[_Greeting](maxlen=1)
         try:
-            self._greet()
+            job = self._greet()
         except OSError as error:
-            self._connect_again(error)
+            job = self._connect_again(error)
+        # The last job of the device may still be going on: it is not continued.
+        self._jobs = (number % 65535 + 1 for number in count(job))
 
     def __enter__(self) -> Self:
         return self
@@ -170,12 +170,13 @@ class Device:
                     counts.add((record.left, record.right))
         return len(counts) > 1
 
-    def _greet(self) -> None:
-        """Ask the device what it is."""
+    def _greet(self) -> int:
+        """Ask the device what it is, and return its job; 0 after a reset."""
         port = self._ports[0]
         hello = identify(port)
         wheels = wheelbase_of(port) if "wheels" in hello.capabilities.split("-") else None
         self._greetings.append(_Greeting(hello=hello, wheels=wheels))
+        return current_job(port)
 
     def _check_fits(self, rig: Rig) -> None:
         """Refuse a rig with other sensors than those of the device, all of which fire."""
@@ -250,8 +251,7 @@ class Device:
                     port = self._connect(self.address)
                     self._counts["damaged lines"] += self._ports[0].damaged
                     self._ports.append(port)
-                self._greet()
-                job = current_job(self._ports[0])
+                job = self._greet()
             except (InputError, OSError) as error:
                 if not self._greetings and attempt == _ATTEMPTS:
                     remedy = "check that the device runs the firmware of echoplan"

@@ -58,7 +58,7 @@ BOUNDS: Mapping[str, tuple[int, int]] = MappingProxyType(
         "temperature": (-5500, 12500),
         "token": (0, 65535),
         "value": (-9000, 9000),
-        "window": (0, 255),
+        "window": (1, 255),
     }
 )
 
