@@ -82,9 +82,9 @@ $(STAMPS)/compiled: $(STAMPS)/base $(shell find src -name '*.py')
 	@$(BIN)/python tests/warm_up.py
 	@touch $@
 
-# Simulated boards and a driver of the browser; `.ci/run` builds one of them before.
-referees: $(STAMPS)/test
-	@$(INSTALL) --find-links .venv/wheels --requirements pyproject.toml --group firmware --group browser
+# apt-get install arduino-core-avr g++ libelf-dev chromium fonts-dejavu-core; a simulator is compiled for some minutes.
+referees: $(STAMPS)/test ## Install what the tests of the firmware and of the live page need
+	@CFLAGS="-O1 -g0" CXXFLAGS="-O1 -g0" $(INSTALL) --requirements pyproject.toml --group firmware --group browser
 
 venv: $(STAMPS)/venv
 

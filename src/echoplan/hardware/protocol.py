@@ -33,6 +33,7 @@ def encode(message: Message) -> bytes:
 
     Examples
     --------
+    >>> from echoplan.hardware.messages import Ping
     >>> encode(Ping(token=7))
     b'$ping,7*392F2A6A\n'
     """
@@ -88,6 +89,7 @@ class Decoder:
 
     Examples
     --------
+    >>> from echoplan.hardware.messages import Pong
     >>> decoder = Decoder()
     >>> [list(decoder.feed(piece)) for piece in (b"?!$po", encode(Pong(token=7, job=0, clock=5))[3:])]
     [[], [Pong(token=7, job=0, clock=5)]]
