@@ -99,7 +99,7 @@ def plan_jobs(recordings: Iterable[Recorded], *, maps: Path, method: str, settin
 
 
 def _state(file: Path) -> tuple[str, int, int]:
-    """Return what tells a file from a changed one; a hash would have to read all of each bag."""
+    """Return what distinguishes a file from a changed one; a hash would have to read all of each bag."""
     try:
         status = file.stat()
     except OSError:  # a link to nowhere, a disk that went away: mapping reports it
