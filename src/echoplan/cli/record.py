@@ -68,7 +68,8 @@ def _report(device: "Device", out: Path, *, sweeps: int) -> None:
     put(f"{sweeps} sweeps")
     for problem, number in device.counts.items():
         put(f"{problem}: {number}")
-    report_files(out, ["pings.csv", "rig.toml"])
+    if sweeps:
+        report_files(out, ["pings.csv", "rig.toml"])
 
 
 def _rig_of(name: str, device: "Device") -> "tuple[Rig, str]":
