@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from concurrent.futures import Executor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -16,16 +17,23 @@ from echoplan.arrays import FloatArray
 from echoplan.errors import EchoplanError, InputError
 from echoplan.live.commands import Command, PlaceCommand, PlayCommand, SweepCommand, UndoCommand
 from echoplan.live.feed import Control, Event, Feed, Notice, Partial
-from echoplan.live.mapping import draw_map, write_results
-from echoplan.live.messages import encoded, health_message, hello_message, stations_message, sweep_message
+from echoplan.live.mapping import draw_map, sensor_faults, write_results
+from echoplan.live.messages import (
+    encoded,
+    faults_message,
+    hello_message,
+    shares_message,
+    stations_message,
+    sweep_message,
+)
 from echoplan.live.survey import Survey
 from echoplan.model import Sweep
 
 __all__ = ["ARCHIVE", "LiveMap"]
 
 ARCHIVE = "echoplan.zip"
-# Sensors are judged by so many sweeps.
-_JUDGED = 2
+# The share of valid readings is that of so many sweeps, and faults of sensors are looked for in so many.
+_SHOWN, _CHECKED = 2, 5
 
 
 class LiveMap:
@@ -51,7 +59,7 @@ class LiveMap:
         self._archive = scratch / ARCHIVE
         self._folder = out or scratch / "map"
         self._survey = deque([Survey(name=feed.name, rig=feed.rig)], maxlen=1)
-        self._recent: deque[Sweep] = deque(maxlen=_JUDGED)
+        self._recent: deque[Sweep] = deque(maxlen=_SHOWN)
         self._current: deque[Sweep] = deque(maxlen=1)
         # Maps begin at the origin where nobody says otherwise.
         self._robot = deque([np.zeros(3)] if Control.SWEEP in feed.controls else list[FloatArray](), maxlen=1)
@@ -92,7 +100,7 @@ class LiveMap:
             "playing": self._flags["playing"],
             "mapping": self._flags["mapping"],
             "robot": np.round(self._robot[0], 4).tolist() if self._robot else None,
-            "sensors": health_message(sweeps, self.feed.rig),
+            "sensors": shares_message(sweeps, self.feed.rig),
         }
         if sweeps:
             content["sweep"] = sweep_message(sweeps[-1], self.feed.rig) | {"is_complete": is_complete}
@@ -163,8 +171,11 @@ class LiveMap:
             self._changed.clear()
             self._flags["mapping"] = True
             try:
-                survey = self.survey
-                drawn = await asyncio.get_running_loop().run_in_executor(self._executor, draw_map, survey)
+                survey, loop = self.survey, asyncio.get_running_loop()
+                # Before the map, which may take long or fail.
+                newest = replace(survey, sweeps=survey.sweeps[-_CHECKED:])
+                self.post("faults", faults_message(await loop.run_in_executor(self._executor, sensor_faults, newest)))
+                drawn = await loop.run_in_executor(self._executor, draw_map, survey)
                 version = self.board.get("map", (0, ""))[0] + 1
                 self.board["map"] = (version, drawn)
                 self.post("mapper", {"problem": "", "sweeps": len(survey)})

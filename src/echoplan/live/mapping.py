@@ -12,15 +12,21 @@ from echoplan.live.survey import Survey
 from echoplan.mapping import EXPORTS, MapResult, map_source
 from echoplan.mapping.folder import results_folder
 from echoplan.model import FeatureMap
+from echoplan.preprocessing import Faults, find_faults
 from echoplan.viewer import Plan
 
-__all__ = ["draw_map", "write_results"]
+__all__ = ["draw_map", "sensor_faults", "write_results"]
 
 
 def draw_map(survey: Survey) -> str:
     """Map a survey and return the message that draws the map."""
     plan = _mapped(survey.thinned()).plan if len(survey) else Plan(feature_map=FeatureMap(method="joint"))
     return encoded("map", drawing_of(plan))
+
+
+def sensor_faults(survey: Survey) -> Faults:
+    """Find faults of sensors; in one sweep a sensor without an echo may be sound."""
+    return Faults(sensors=find_faults(tuple(survey), survey.rig).sensors if len(survey) > 1 else ())
 
 
 def write_results(survey: Survey, *, folder: Path, archive: Path) -> tuple[str, ...]:

@@ -6,15 +6,15 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from echoplan.arrays import FloatArray
+from echoplan.diagnosis import faults_in_words
 from echoplan.geometry import directions
 from echoplan.live.feed import Feed
-from echoplan.live.health import sensor_health
 from echoplan.live.survey import Survey
 from echoplan.model import Pings, Rig, Sweep
-from echoplan.preprocessing import is_valid
+from echoplan.preprocessing import Faults, is_valid
 from echoplan.viewer.plan import station_labels
 
-__all__ = ["encoded", "health_message", "hello_message", "stations_message", "sweep_message"]
+__all__ = ["encoded", "faults_message", "hello_message", "shares_message", "stations_message", "sweep_message"]
 
 _MILLIMETRES = 1000.0
 
@@ -55,12 +55,23 @@ def sweep_message(sweep: Sweep, rig: Rig) -> dict[str, object]:
     }
 
 
-def health_message(sweeps: Sequence[Sweep], rig: Rig) -> list[dict[str, object]]:
-    """Return the state of each sensor."""
+def shares_message(sweeps: Sequence[Sweep], rig: Rig) -> list[dict[str, object]]:
+    """Return how many pings of each sensor are in these sweeps, and which share of them has a valid reading."""
+    pings, valid = np.zeros((2, len(rig.sensors)), dtype=np.int64)
+    for sweep in sweeps:
+        placed = Pings.from_sweep(sweep, rig)
+        pings += np.bincount(placed.sensors, minlength=len(pings))
+        valid += np.bincount(placed.sensors[is_valid(placed, rig)], minlength=len(pings))
+    shares = np.round(valid / np.maximum(pings, 1), 3)
     return [
-        {"id": each.sensor_id, "pings": each.pings, "share": round(each.share, 3), "state": str(each.state)}
-        for each in sensor_health(sweeps, rig)
+        {"id": sensor.sensor_id, "pings": count, "share": share}
+        for sensor, count, share in zip(rig.sensors, pings.tolist(), shares.tolist(), strict=True)
     ]
+
+
+def faults_message(faults: Faults) -> dict[str, object]:
+    """Return which sensors have a fault, and the sentences about it."""
+    return {"sensors": [each.sensor_id for each in faults.sensors], "sentences": faults_in_words(faults)}
 
 
 def stations_message(survey: Survey) -> dict[str, object]:
