@@ -124,7 +124,7 @@ def test_no_other_request_is_answered(tmp_path: Path, path: str, method: str, st
         async with bench(tmp_path) as here:
             here.live_map.take(Complete(sweep=swept()))
             answer = await here.status_of(path, method)
-            assert answer[0] in ({status, 405} if status == 400 else {status})
+            assert answer[0] == status
             assert len(here.live_map.survey) == 1
 
     asyncio.run(run())
@@ -183,13 +183,7 @@ def test_viewers_place_sweep_pause_and_undo(tmp_path: Path) -> None:
             def is_moved(message: dict[str, Any]) -> bool:
                 return [each["pose"] for each in message["stations"]] == [[0.0, 0.0, 0.0], [5.0, 6.0, 0.5]]
 
-            await topic(
-                other,
-                "stations",
-                where=lambda message: (
-                    message["stations"][1:][:1] != [] and message["stations"][1]["pose"] == [5.0, 6.0, 0.5]
-                ),
-            )
+            await topic(other, "stations", where=is_moved)
             await viewer.send('{"type": "undo"}')
             await topic(other, "stations", where=lambda message: len(message["stations"]) == 1)
             await viewer.send(place(0.1, 0.2))
