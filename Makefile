@@ -82,9 +82,11 @@ $(STAMPS)/compiled: $(STAMPS)/base $(shell find src -name '*.py')
 	@$(BIN)/python tests/warm_up.py
 	@touch $@
 
-# apt-get install arduino-core-avr g++ libelf-dev chromium fonts-dejavu-core; a simulator is compiled for some minutes.
+# Needs: apt-get install arduino-core-avr g++ libelf-dev chromium fonts-dejavu-core. The simulated Arduino is compiled for
+# some minutes, unless its wheel is there.
 referees: $(STAMPS)/test ## Install what the tests of the firmware and of the live page need
-	@CFLAGS="-O1 -g0" CXXFLAGS="-O1 -g0" $(INSTALL) --requirements pyproject.toml --group firmware --group browser
+	@mkdir -p .venv/wheels
+	@CFLAGS="-O1 -g0" CXXFLAGS="-O1 -g0" $(INSTALL) --find-links .venv/wheels --requirements pyproject.toml --group firmware --group browser
 
 venv: $(STAMPS)/venv
 
