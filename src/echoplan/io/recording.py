@@ -163,7 +163,8 @@ def write_recording(path: Path, source: Source) -> None:
     >>> len(read_recording(path))
     1
     """
-    with written_whole(path) as draft:
+    # A count of rows that a killed ``Recorder`` left is of other pings.
+    with written_whole(path, stale=[ROWS]) as draft:
         draft.mkdir()
         write_rig(draft / "rig.toml", source.rig)
         with (draft / "pings.csv").open("w", encoding="utf-8", newline="\n") as file:

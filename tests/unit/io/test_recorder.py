@@ -6,14 +6,15 @@ import random
 import resource
 import signal
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from echoplan.errors import InputError, OutputError
-from echoplan.io import Recorder, builtin_rig, format_rig, read_recording
-from echoplan.model import Sweep
+from echoplan.io import Recorder, builtin_rig, format_rig, read_recording, write_recording
+from echoplan.model import Recording, Sweep
 
 RIG = format_rig(builtin_rig("rotary-array"))
 
@@ -121,6 +122,13 @@ def test_a_recording_with_columns_of_others_is_not_continued(tmp_path: Path) -> 
     pings.write_text("\n".join(f"{line},7" for line in pings.read_text().splitlines()).replace("yaw,7", "yaw,gain"))
     with pytest.raises(InputError, match="it has columns that a device does not measure; record into another folder"):
         record(tmp_path / "rec", first=3)
+
+
+def test_a_recording_that_replaces_that_of_a_killed_program_is_read_whole(tmp_path: Path) -> None:
+    Recorder(tmp_path / "rec", rig=RIG).add(sweep(0))
+    sweeps = tuple(replace(sweep(number), index=number) for number in range(3))
+    write_recording(tmp_path / "rec", Recording(name="new", rig=builtin_rig("rotary-array"), sweeps=sweeps))
+    assert len(tuple(read_recording(tmp_path / "rec"))) == 3
 
 
 def test_a_count_of_rows_that_was_changed_is_refused(tmp_path: Path) -> None:
