@@ -34,6 +34,11 @@ __all__ = ["ARCHIVE", "LiveMap"]
 ARCHIVE = "echoplan.zip"
 # The share of valid readings is that of so many sweeps, and faults of sensors are looked for in so many.
 _SHOWN, _CHECKED = 2, 5
+# Why a source refuses, and what to do.
+_REFUSALS = {
+    Control.SWEEP: ("a recording cannot make new sweeps", "use a device or sim:WORLD"),
+    Control.PAUSE: ("this device does not drive a route", "press Sweep here for each sweep"),
+}
 
 
 class LiveMap:
@@ -237,4 +242,5 @@ class LiveMap:
 
     def _require(self, control: Control) -> None:
         if control not in self.feed.controls:
-            raise InputError(str(control), "a recording has the sweeps that it has", remedy="use a device or sim:WORLD")
+            problem, remedy = _REFUSALS[control]
+            raise InputError(str(control), problem, remedy=remedy)

@@ -51,7 +51,7 @@ def sweep_message(sweep: Sweep, rig: Rig) -> dict[str, object]:
         "x": places[valid, 0].tolist(),
         "y": places[valid, 1].tolist(),
         "pings": len(sweep),
-        "looks": [[sensor, round(bearing, 3)] for sensor, bearing in last.items()],
+        "bearings": [[sensor, round(bearing, 3)] for sensor, bearing in last.items()],
     }
 
 

@@ -71,7 +71,7 @@ class Player:
         """Do nothing: a recording knows where its sweeps were made."""
 
     def sweep(self) -> None:
-        """Do nothing: a recording has the sweeps that it has."""
+        """Do nothing: a recording cannot make new sweeps."""
 
     def play(self, *, playing: bool) -> None:
         """Go on, or pause."""

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from echoplan.errors import InputError
-from echoplan.live import Complete, Control, Notice, Partial
+from echoplan.live import Complete, Notice, Partial
 from echoplan.live.access import Access
 from echoplan.live.live_map import LiveMap
 from echoplan.live.mapping import sensor_faults
@@ -205,15 +205,16 @@ def test_viewers_place_sweep_pause_and_undo(tmp_path: Path) -> None:
     [
         ('{"type": "undo"}', "there is no station yet"),
         ('{"type": "save"}', "there is no station yet"),
-        ('{"type": "sweep"}', "a recording has the sweeps that it has"),
-        (place(0.0, 0.0), "a recording has the sweeps that it has"),
+        ('{"type": "sweep"}', "a recording cannot make new sweeps"),
+        ('{"type": "play", "playing": false}', "this device does not drive a route"),
+        (place(0.0, 0.0), "a recording cannot make new sweeps"),
         (place(0.0, 0.0, station=0), "there is no station 1"),
         ("nonsense", "command"),
     ],
 )
 def test_what_cannot_be_done_is_answered_in_one_line(tmp_path: Path, command: str, words: str) -> None:
     async def run() -> None:
-        feed = FakeFeed(frozenset({Control.PAUSE}))
+        feed = FakeFeed(frozenset())
         async with bench(tmp_path, feed=feed) as here, here.connect() as viewer, here.connect() as other:
             await viewer.send(command)
             text = (await topic(viewer, "refused"))["text"]
