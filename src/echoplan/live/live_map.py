@@ -3,7 +3,7 @@
 import asyncio
 import threading
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
@@ -16,7 +16,7 @@ import numpy as np
 from echoplan.arrays import FloatArray
 from echoplan.errors import EchoplanError, InputError
 from echoplan.live.commands import Command, PlaceCommand, PlayCommand, SweepCommand, UndoCommand
-from echoplan.live.feed import Control, Event, Feed, Notice, Partial
+from echoplan.live.feed import Complete, Control, Event, Feed, Notice, Partial
 from echoplan.live.mapping import draw_map, sensor_faults, write_results
 from echoplan.live.messages import (
     encoded,
@@ -56,10 +56,21 @@ class LiveMap:
         Folder for downloads.
     out : Path, optional
         Folder for results; by default they are only offered for download.
+    keep : callable, optional
+        Is given each complete sweep, in the thread of the feed, before viewers see it.
     """
 
-    def __init__(self, feed: Feed, *, executor: Executor, scratch: Path, out: Path | None = None) -> None:
+    def __init__(
+        self,
+        feed: Feed,
+        *,
+        executor: Executor,
+        scratch: Path,
+        out: Path | None = None,
+        keep: Callable[[Sweep], None] = lambda _: None,
+    ) -> None:
         self.feed = feed
+        self._keep = keep
         self._executor = executor
         self._archive = scratch / ARCHIVE
         self._folder = out or scratch / "map"
@@ -197,13 +208,23 @@ class LiveMap:
 
         def run() -> None:
             try:
-                self._hand_over(self.feed.events(), loop)
+                self._hand_over(self._kept(self.feed.events()), loop)
             except EchoplanError as error:
                 self._hand_over([Notice(text=str(error), is_problem=True)], loop)
 
         thread = threading.Thread(target=run, name="echoplan feed", daemon=True)
         thread.start()
         return thread
+
+    def _kept(self, events: Iterable[Event]) -> Iterator[Event]:
+        """Keep complete sweeps; one that cannot be kept is shown nevertheless."""
+        for event in events:
+            if isinstance(event, Complete):
+                try:
+                    self._keep(event.sweep)
+                except EchoplanError as error:
+                    yield Notice(text=str(error), is_problem=True)
+            yield event
 
     def _hand_over(self, events: Iterable[Event], loop: asyncio.AbstractEventLoop) -> None:
         for event in events:

@@ -4,7 +4,7 @@ import asyncio
 import signal
 import socket
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -14,6 +14,7 @@ from echoplan.live.access import LOOPBACK, Access
 from echoplan.live.feed import Feed
 from echoplan.live.live_map import LiveMap
 from echoplan.live.server import LiveServer
+from echoplan.live.unsaved import keep_sweeps
 
 __all__ = ["run_live"]
 
@@ -43,24 +44,24 @@ def run_live(
     token : str, optional
         What the address must contain; needed where other machines can reach the server.
     out : Path, optional
-        Folder for results. What was not saved when the server ends is written there as a recording.
+        Folder for results. What was not saved when the server ends is written there as a recording; until then, new
+        sweeps are appended to the recording ``unsaved`` in it.
     ready : callable, optional
         Is given the address of the page once it can be opened.
 
     Raises
     ------
     InputError
-        If the server cannot listen there.
+        If the server cannot listen there, or the folder has unsaved sweeps of an earlier run.
     MissingExtraError
         If websockets is not installed.
     """
     mapper = LocalProcesses(1)
-    with TemporaryDirectory(prefix="echoplan-") as scratch:
-        live_map = LiveMap(feed, executor=mapper, scratch=Path(scratch), out=out)
+    with closing(feed), keep_sweeps(feed, out=out) as keep, TemporaryDirectory(prefix="echoplan-") as scratch:
+        live_map = LiveMap(feed, executor=mapper, scratch=Path(scratch), out=out, keep=keep)
         try:
             asyncio.run(_run(live_map, host=host, port=port, token=token, ready=ready))
         finally:
-            feed.close()
             # A map that nobody will see is not waited for.
             mapper.shutdown(wait=False, cancel_futures=True)
             # Even after an error, what was recorded is kept.

@@ -13,13 +13,14 @@ from typing import Any
 
 import pytest
 
-from echoplan.errors import InputError
+from echoplan.errors import InputError, OutputError
 from echoplan.live import Complete, Notice, Partial
 from echoplan.live.access import Access
 from echoplan.live.live_map import LiveMap
 from echoplan.live.mapping import sensor_faults
 from echoplan.live.server import LiveServer
 from echoplan.live.survey import Survey
+from echoplan.model import Sweep
 from echoplan.preprocessing import Faults
 from helpers.fed import FakeFeed, swept
 
@@ -236,6 +237,29 @@ def test_what_was_saved_can_be_downloaded(tmp_path: Path) -> None:
             assert (status, body) == (200, b"all of it")
             assert headers["Content-Disposition"] == 'attachment; filename="echoplan.zip"'
             assert not here.live_map.has_unsaved
+
+    asyncio.run(run())
+
+
+def test_a_sweep_is_kept_before_it_is_shown_and_shown_although_it_cannot_be_kept(tmp_path: Path) -> None:
+    async def run() -> None:
+        feed, kept = FakeFeed(), list[Sweep]()
+
+        def keep(sweep: Sweep) -> None:
+            assert len(live_map.survey) == len(kept)
+            kept.append(sweep)
+            raise OutputError("disk", "it is full", remedy="free some space")
+
+        live_map = LiveMap(feed, executor=Drawn(), scratch=tmp_path, keep=keep)
+        thread = live_map.listen(asyncio.get_running_loop())
+        feed.waiting.put(Complete(sweep=swept()))
+        async with asyncio.timeout(5):
+            while not len(live_map.survey):
+                await asyncio.sleep(0.01)
+        assert [each.station.tolist() for each in kept] == [[0.0, 0.0, 0.0]]
+        assert "it is full" in live_map.board["notice"][1]
+        feed.close()
+        await asyncio.to_thread(thread.join, 5)
 
     asyncio.run(run())
 
