@@ -1,16 +1,15 @@
 """The head: four HC-SR04 on a plate that a servo turns, drawn to scale from the rig, for paper (SVG) and CAD (DXF)."""
 
-import io
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from ezdxf._options import options  # the public name has no type
+from ezdxf.document import Drawing
 from ezdxf.enums import TextEntityAlignment
-from ezdxf.filemanagement import new
 from ezdxf.layouts.layout import Modelspace
 from svg import element, label, page  # type: ignore[import-not-found]  # beside this file
 
+from echoplan.io.dxf import dxf_bytes
 from echoplan.model import Rig
 
 __all__ = ["Circle", "Dimension", "Line", "Note", "draw_head", "head_as_dxf", "head_as_svg"]
@@ -26,6 +25,8 @@ HORN, SLOT = 7.0, (8.0, 17.0, 2.0)
 PAPER, AXIS, PANELS = (210.0, 297.0), (98.0, 206.0), ((30.0, 92.0), (118.0, 92.0), (30.0, 46.0), (118.0, 46.0))
 SCALE, SCALE_AT = 100.0, (55.0, 22.0)
 _DIRECTIONS = ("front", "left", "back", "right")
+# Code of the unit millimetre (DXF reference, header variable $INSUNITS).
+_MILLIMETRES = 4
 
 # Layers: AutoCAD colour, colour and width [mm] on paper, dashes.
 LAYERS = {
@@ -255,11 +256,8 @@ def _dimension_as_svg(item: Dimension) -> Iterator[str]:
 
 def head_as_dxf(rig: Rig) -> str:
     """Return the drawing for CAD programs and laser cutters (DXF R2010): a unit is a millimetre."""
-    before = options.write_fixed_meta_data_for_testing
-    # The file has no date of its own: the same rig gives the same bytes.
-    options.write_fixed_meta_data_for_testing = True
-    try:
-        document = new("R2010", units=4)
+
+    def draw(document: Drawing) -> None:
         document.linetypes.add("AXIS", [6.6, 4.0, -1.0, 0.6, -1.0], description="axis __ . __")
         for name, (color, _, _, dashes) in LAYERS.items():
             document.layers.add(name, color=color, linetype="AXIS" if dashes else "CONTINUOUS")
@@ -280,11 +278,8 @@ def head_as_dxf(rig: Rig) -> str:
             _add(space, item)
         space.reset_extents((0.0, 0.0, 0.0), (*PAPER, 0.0))
         document.set_modelspace_vport(PAPER[1], center=(PAPER[0] / 2, PAPER[1] / 2))
-        stream = io.StringIO()
-        document.write(stream)
-        return stream.getvalue()
-    finally:
-        options.write_fixed_meta_data_for_testing = before
+
+    return dxf_bytes(draw, units=_MILLIMETRES).decode()
 
 
 def _add(space: Modelspace, item: Item) -> None:

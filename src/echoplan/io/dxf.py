@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
     from ezdxf.document import Drawing
     from ezdxf.layouts.layout import Modelspace
 
-__all__ = ["write_dxf"]
+__all__ = ["dxf_bytes", "write_dxf"]
 
 # Name, AutoCAD colour and linetype of the layers; 7 is black on white paper.
 _LAYERS = (
@@ -69,30 +68,33 @@ def write_dxf(path: Path, feature_map: FeatureMap) -> None:
 
     Notes
     -----
-    The same map gives the same bytes: the file has no date of its own.
+    The same map gives the same bytes.
+    """
+    write_bytes(path, dxf_bytes(lambda document: _draw(document, feature_map), units=_METRES))
+
+
+def dxf_bytes(draw: Callable[[Drawing], None], *, units: int) -> bytes:
+    """Return what a function draws in a new document (DXF R2010); the same drawing gives the same bytes.
+
+    Raises ``MissingExtraError`` if ezdxf is not installed.
     """
     try:
-        from ezdxf.filemanagement import new  # noqa: PLC0415 - an extra
+        from ezdxf._options import options  # noqa: PLC0415 - an extra; its public name has no type
+        from ezdxf.filemanagement import new  # noqa: PLC0415
     except ModuleNotFoundError as error:
         raise MissingExtraError("ezdxf", extra="cad") from error
-    with _without_dates():
-        document = new("R2010", units=_METRES)
-        _draw(document, feature_map)
-        stream = io.StringIO()
-        document.write(stream)
-        data = document.encode(stream.getvalue())
-    write_bytes(path, data)
-
-
-@contextmanager
-def _without_dates() -> Iterator[None]:
-    """Let ezdxf write constants for dates and random identifiers."""
-    from ezdxf._options import options  # noqa: PLC0415 - the public name has no type
-
     before = options.write_fixed_meta_data_for_testing
+    # Constants instead of dates and random identifiers.
     options.write_fixed_meta_data_for_testing = True
     try:
-        yield
+        document = new("R2010", units=units)
+        draw(document)
+        # ezdxf would list the classes in the order of a set, which differs from process to process.
+        for name in sorted(document.entitydb.dxf_types_in_use()):
+            document.classes.add_class(name)
+        stream = io.StringIO()
+        document.write(stream)
+        return document.encode(stream.getvalue())
     finally:
         options.write_fixed_meta_data_for_testing = before
 

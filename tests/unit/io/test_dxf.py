@@ -135,6 +135,14 @@ def test_the_same_map_gives_the_same_bytes_and_dates_of_other_drawings_stay(tmp_
     assert not options.write_fixed_meta_data_for_testing
 
 
+def test_the_order_of_the_classes_does_not_depend_on_hashes(tmp_path: Path) -> None:
+    drawing = written(tmp_path, room())
+    used = drawing.entitydb.dxf_types_in_use()
+    listed = [name for name, _ in drawing.classes.classes if name in used]
+    assert len(listed) > 1
+    assert listed == sorted(listed)
+
+
 def test_without_ezdxf_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "ezdxf.filemanagement", None)
     with pytest.raises(MissingExtraError, match=r"pip install ezdxf \(extra 'cad'\)"):
