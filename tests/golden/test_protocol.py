@@ -6,6 +6,7 @@
 import zlib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from echoplan.hardware.protocol import decode, encode
@@ -124,6 +125,16 @@ def test_the_host_reads_and_writes_the_lines_as_devices_do(sender: str, payload:
 
 def test_the_file_is_what_its_generator_writes() -> None:
     assert LINES.read_text(encoding="ascii") == written()
+
+
+def test_the_checksum_detects_up_to_four_wrong_bits_in_the_longest_payload() -> None:
+    checksum_of_zeros = zlib.crc32(bytes(80))
+    wrong_bits = [zlib.crc32((1 << bit).to_bytes(80)) ^ checksum_of_zeros for bit in range(640)]
+    # The checksum itself may have wrong bits, too.
+    changes = np.array(wrong_bits + [1 << bit for bit in range(32)], dtype=np.uint32)
+    pairs = (changes[:, np.newaxis] ^ changes)[np.triu_indices(len(changes), k=1)]
+    # Four wrong bits cancel if two pairs change the checksum alike, three if a pair changes it like a single one.
+    assert len(np.unique(np.concatenate([[0], changes, pairs]))) == 1 + len(changes) + len(pairs)
 
 
 def written() -> str:
