@@ -1,4 +1,4 @@
-"""``echoplan calibrate``: five guided minutes that make a rig.toml for a device."""
+"""``echoplan calibrate``: guided steps that make a rig.toml for a device."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
