@@ -3,7 +3,6 @@
 import re
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Sequence
 from contextlib import redirect_stdout
 from io import StringIO
@@ -58,19 +57,19 @@ def _take(names: Sequence[str], *, paper: bool) -> None:
 def first_map() -> None:
     """Record the simulated device, and keep the map: what docs/build.md shows."""
     program = [sys.executable, "-m", "echoplan"]
-    with TemporaryDirectory() as folder, (Path(folder) / "device.txt").open("w+") as printed:
-        device = subprocess.Popen([*program, "device", "square", "--tcp", "0", "--speed", "10"], stdout=printed)  # noqa: S603
+    command = [*program, "device", "square", "--tcp", "0", "--speed", "10"]
+    with TemporaryDirectory() as folder, subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as device:  # noqa: S603
         try:
-            while not (found := re.search(r"tcp://\S+", Path(printed.name).read_text(encoding="utf-8"))):
-                time.sleep(0.2)
+            assert device.stdout is not None
+            address = re.search(r"tcp://\S+", device.stdout.readline())
+            assert address is not None, "the device did not start"
             for words in (
-                ["record", found[0], "--place", "-40 20 17", "--out", f"{folder}/rec"],
+                ["record", address[0], "--place", "-40 20 17", "--out", f"{folder}/rec"],
                 ["map", f"{folder}/rec", "--out", f"{folder}/map"],
             ):
                 subprocess.run([*program, *words], check=True, stdout=subprocess.DEVNULL)  # noqa: S603
         finally:
             device.terminate()
-            device.wait()
         write_bytes(PICTURES / "first-map.svg", (Path(folder) / "map" / "map.svg").read_bytes())
 
 
