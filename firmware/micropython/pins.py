@@ -8,7 +8,7 @@ from head import Board
 
 # A trigger pulse [us], and how soon after it the echo pin must rise [us].
 TRIGGER, RISE = 10, 5000
-# An HC-SR04 that hears no echo keeps its pin high for 38 ms, some kinds for 200 ms, and ignores triggers [us].
+# An HC-SR04 that detects no echo keeps its pin high for 38 ms, some kinds for 200 ms, and ignores triggers [us].
 RECOVERY = 200000
 
 
@@ -34,7 +34,7 @@ def time_pulses(echoes, started, listen):
 
 
 class Encoder:
-    """An incremental encoder: pin A counts, pin B tells the direction; without B every edge counts forward."""
+    """An incremental encoder: pin A counts, pin B gives the direction; without B every edge counts forward."""
 
     def __init__(self, a, b=None):
         self.count = 0
@@ -63,8 +63,8 @@ class PinBoard(Board):
         self.tick, self.base = tick, base
         has = (("servo", servo), ("air", thermometer), ("wheels", encoders))
         self.capabilities = tuple(capability for capability, part in has if part)
-        self.heard = []
-        # Sensors that heard no echo, and when.
+        self.times = []
+        # Sensors that detected no echo, and when.
         self.late = {}
         for trigger, _ in sensors:
             trigger.value(0)
@@ -89,22 +89,22 @@ class PinBoard(Board):
         time.sleep_us(TRIGGER)
         for sensor in free:
             self.pins[sensor][0].value(0)
-        heard = dict.fromkeys(sensors, -1)
+        times = dict.fromkeys(sensors, -1)
         if len(free) == 1:
             # Good to a microsecond: the loop is in C.
             pulse = machine.time_pulse_us(self.pins[free[0]][1], 1, listen_us)
-            heard[free[0]] = -1 if pulse == -2 else max(pulse, 0)
+            times[free[0]] = -1 if pulse == -2 else max(pulse, 0)
         elif free:
             rises, falls = time_pulses([self.pins[sensor][1] for sensor in free], time.ticks_us(), listen_us)
             for sensor, rise, fall in zip(free, rises, falls):
                 pulse = fall - rise
-                heard[sensor] = -1 if rise < 0 else pulse if 0 < pulse <= listen_us else 0
-        self.late.update({sensor: time.ticks_us() for sensor in sensors if heard[sensor] == 0})
-        self.heard = [heard[sensor] for sensor in sensors]
+                times[sensor] = -1 if rise < 0 else pulse if 0 < pulse <= listen_us else 0
+        self.late.update({sensor: time.ticks_us() for sensor in sensors if times[sensor] == 0})
+        self.times = [times[sensor] for sensor in sensors]
 
     def flights(self):
         """Return the times of flight [us]."""
-        return self.heard
+        return self.times
 
     def temperature(self):
         """Return the temperature of the air [0.01 deg C]."""

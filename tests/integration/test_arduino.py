@@ -1,4 +1,4 @@
-"""The Arduino firmware, compiled and run in a simulated Uno whose sensors hear what a test answers."""
+"""The Arduino firmware, compiled and run in a simulated Uno whose sensors measure what a test answers."""
 
 import random
 import re
@@ -261,7 +261,7 @@ def test_sensors_fire_together(start: Callable[..., Host]) -> None:
     assert max(ends.values()) - min(ends.values()) < 5
 
 
-def test_faulty_and_silent_sensors_are_told_apart(start: Callable[..., Host]) -> None:
+def test_faulty_and_silent_sensors_are_distinguished(start: Callable[..., Host]) -> None:
     answers = {0: 1000.0, 1: None, 2: DISCONNECTED, 3: DISCONNECTED}
     host = start(lambda sensor, *_: answers[sensor], **QUICK | {"step": 600, "listen": 20, "guard": 20, "dwell": 100})
     host.uno.set_pin("PC3", is_high=True)

@@ -89,14 +89,14 @@ class Room:
         assert self.rig.servo is not None
         for number, angle in enumerate(np.degrees(self.rig.servo.angles)):
             pulse = round(SERVO_ZERO + SERVO_GAIN * angle / 90)
-            heard = list[int]()
+            flights = list[int]()
             for sensor in range(len(self.rig.sensors)):
                 board.advance(100_000 * (4 * number + sensor))
                 board.servo(pulse)
                 board.fire([sensor], 25_000)
                 board.advance(100_000 * (4 * number + sensor) + 25_000)
-                heard += board.flights() or [0]
-            yield pulse, heard
+                flights += board.flights() or [0]
+            yield pulse, flights
 
     def flight(self, sensor: int, pulse_us: float, clock_us: float) -> float | None:
         """Return the time of flight [us] of a ping; None without an echo."""
@@ -155,7 +155,7 @@ def test_micropython_is_recorded_over_the_network_and_mapped(tmp_path: Path) -> 
     room = Room("square", tmp_path)
     for number, (board, place) in enumerate(zip(room.boards, room.places.read_text().splitlines(), strict=True)):
         flights = tmp_path / f"flights-{number}.txt"
-        flights.write_text("\n".join(f"{pulse} {' '.join(map(str, heard))}" for pulse, heard in room.table(board)))
+        flights.write_text("\n".join(" ".join(map(str, [pulse, *row])) for pulse, row in room.table(board)))
         with micropython(flights) as address:
             words: list[str | Path] = ["--rig", room.rig_file, "--place", place, *(["--append"] if number else [])]
             done = echoplan("record", address, "--out", tmp_path / "rec", *words)

@@ -56,7 +56,7 @@ def output_of(program: str) -> str:
 
 
 def flight(sensor: int, pulse: int) -> int:
-    """Return what a sensor hears at a pulse of the servo [us]."""
+    """Return the time of flight of a sensor at a pulse of the servo [us]."""
     return [5000 + pulse, 0, -1, 30_000 - 10 * pulse][sensor]
 
 
@@ -72,7 +72,7 @@ class Client:
     def say(self, *messages: Message) -> None:
         self.socket.sendall(b"".join(map(encode, messages)))
 
-    def hear(self) -> list[Message]:
+    def receive(self) -> list[Message]:
         try:
             return list(self.decoder.feed(self.socket.recv(4096)))
         except TimeoutError:
@@ -84,7 +84,7 @@ class Client:
         until = time.monotonic() + 15
         while not (arrived and isinstance(arrived[-1], Done)):
             assert time.monotonic() < until
-            for message in self.hear():
+            for message in self.receive():
                 if isinstance(message, Record) and message.number == len(arrived):
                     arrived.append(message)
                     self.say(Ack(job=job, next=len(arrived)))

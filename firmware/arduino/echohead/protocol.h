@@ -61,7 +61,7 @@ struct Command {
   const char *word = nullptr;
   const char *name = nullptr;  // of the setting
   int16_t value = 0;           // of the setting
-  uint16_t job = 0;        // or the token of a ping
+  uint16_t job = 0;            // or the token of a ping
   uint32_t argument = 0;       // count of sweeps, or number of a record
 };
 

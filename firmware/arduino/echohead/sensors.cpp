@@ -21,7 +21,7 @@ static_assert(are_on_port_c(), "the echo pins are among A0 to A5");
 // A sensor that detects no echo keeps its echo pin high for 38 ms, some kinds for 200 ms, and ignores triggers.
 constexpr uint32_t LONGEST_RECOVERY = 200000;  // us
 
-enum State : uint8_t { Idle, Triggered, Echoing, Heard, Stuck };
+enum State : uint8_t { Idle, Triggered, Echoing, Received, Stuck };
 
 // micros() has steps of 4 us. Timer2 adds half microseconds, of which it counts 256 before it begins again.
 struct Edge {
@@ -94,7 +94,7 @@ uint32_t trigger(uint8_t first, uint8_t last) {
 bool is_finished(uint8_t sensor, uint32_t listen) {
   const Channel &channel = channels[sensor];
   const State state = channel.state;
-  return state == Heard || state == Stuck || micros() - channel.triggered >= listen;
+  return state == Received || state == Stuck || micros() - channel.triggered >= listen;
 }
 
 uint32_t triggered_at(uint8_t sensor) { return channels[sensor].triggered; }
@@ -103,7 +103,7 @@ uint16_t flight(uint8_t sensor) {
   Channel &channel = channels[sensor];
   uint16_t flight = NO_ECHO;
   ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
-    if (channel.state == Heard) flight = between(channel.rise, channel.fall);
+    if (channel.state == Received) flight = between(channel.rise, channel.fall);
     if (channel.state == Stuck || channel.state == Triggered) flight = FAULTY_ECHO;
     if (channel.state != Stuck) channel.state = Idle;
   }
@@ -127,7 +127,7 @@ ISR(PCINT1_vect) {
         channel.state = sensors::Echoing;
       } else if (channel.state == sensors::Echoing && !is_high) {
         channel.fall = now;
-        channel.state = sensors::Heard;
+        channel.state = sensors::Received;
       }
     }
     last_pins = pins;

@@ -41,7 +41,7 @@ class Result:
     rig: Rig
     conventions: Conventions
     values: dict[str, tuple[float, float]]
-    said: str
+    output: str
 
     def check(self, name: str, truth: float, *, largest_sigma: float) -> None:
         """Check that a value agrees with the truth within three stated deviations, and that these are small."""
@@ -69,7 +69,7 @@ def calibrated(
             rig=read_rig(out),
             conventions=read_conventions(out),
             values={name: (float(value), float(sigma)) for name, value, sigma in found},
-            said=capsys.readouterr().out,
+            output=capsys.readouterr().out,
         )
 
     return calibrate
@@ -107,7 +107,7 @@ def test_four_sensors_in_the_wrong_order_on_a_mirrored_servo(
     # Readings that are too long begin behind the sensor; those that faced no wall are taken for the same.
     np.testing.assert_allclose([front.x, left.y, -back.x, -right.y], 0.05 - 0.012, atol=0.006)
     assert back.half_aperture == front.half_aperture
-    assert "The servo turns clockwise" in result.said
+    assert "The servo turns clockwise" in result.output
 
 
 def test_one_sensor_without_a_thermometer(calibrated: Callable[[Bench, Iterable[Step]], Result]) -> None:
@@ -150,9 +150,9 @@ def test_bad_results_are_named_and_the_step_is_repeated(
     ]
     with pytest.raises(InputError, match=r"no wall was seen at 130 cm \(3 attempts\); check the tape"):
         calibrated(bench, steps)
-    said = capsys.readouterr().out
+    output = capsys.readouterr().out
     for problem in ("no hand was seen within 50 cm", "'far' is no distance", "the wall is not flat"):
-        assert f"Problem: {problem}" in said
+        assert f"Problem: {problem}" in output
 
 
 def test_a_calibration_of_which_every_step_is_skipped_writes_nothing(

@@ -1,4 +1,4 @@
-"""Ports: what is said where one cannot be opened."""
+"""Ports: the error where one cannot be opened."""
 
 import pytest
 

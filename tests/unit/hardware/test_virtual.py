@@ -47,7 +47,7 @@ def device_of(*, rig: str = "rotary-array", seed: int = 0, faults: Faults | None
 
 
 class Host:
-    """A host that says something and listens, a millisecond at a time."""
+    """A host that sends commands and returns the answers, a millisecond at a time."""
 
     def __init__(self, device: VirtualDevice) -> None:
         self.device = device
@@ -59,7 +59,7 @@ class Host:
         self.clocks[0] += 1000 * milliseconds
         return b"".join(self.device.advance(self.clocks[0] - 1000 * left) for left in range(milliseconds, 0, -1))
 
-    def hear(self, *messages: Message, milliseconds: int) -> list[Message]:
+    def ask(self, *messages: Message, milliseconds: int) -> list[Message]:
         return list(self.decoder.feed(self.bytes_after(*messages, milliseconds=milliseconds)))
 
 
@@ -71,8 +71,8 @@ def test_a_sweep_reads_what_the_simulator_makes_of_the_first_station() -> None:
     rig = builtin_rig("rotary-array")
     simulation = Simulation(world=builtin_world("square"), rig=rig, route=builtin_route("square"), settings=EXACT)
     sweep = next(iter(simulation))
-    heard = Host(device_of()).hear(*settings(together=1, settle=0), Sweeps(job=1, count=1), milliseconds=2400)
-    echoes = [each for each in heard if isinstance(each, Echo)]
+    messages = Host(device_of()).ask(*settings(together=1, settle=0), Sweeps(job=1, count=1), milliseconds=2400)
+    echoes = [each for each in messages if isinstance(each, Echo)]
     assert [each.sensor for each in echoes] == sweep.sensor_ids.tolist()
     np.testing.assert_allclose([each.angle for each in echoes], 100 * np.degrees(sweep.servo_angles), atol=0.6)
     ranges = ranges_of([each.flight for each in echoes], [each.sensor for each in echoes], rig=rig)
@@ -91,7 +91,7 @@ def test_the_same_seed_sends_the_same_bytes() -> None:
     assert sent(1) != sent(2)
 
 
-def test_sensors_that_fire_together_hear_each_other_and_those_that_fire_alone_do_not() -> None:
+def test_sensors_that_fire_together_detect_each_other_and_those_that_fire_alone_do_not() -> None:
     board = board_of()
 
     def flights(sensors: list[int], clock: int) -> list[int]:
@@ -108,8 +108,8 @@ def test_sensors_that_fire_together_hear_each_other_and_those_that_fire_alone_do
         clock = 10_000_000 * (step + 1)
         alone += [flights([sensor], clock + 1_000_000 * sensor)[0] for sensor in range(4)]
         together += flights([0, 1, 2, 3], clock + 5_000_000)
-    is_heard = (np.array(alone) > 0) & (np.array(together) > 0)
-    differences = (np.array(together) - np.array(alone))[is_heard]
+    is_detected = (np.array(alone) > 0) & (np.array(together) > 0)
+    differences = (np.array(together) - np.array(alone))[is_detected]
     assert np.mean(differences < -300) > 0.03
     assert np.mean(differences > 300) < 0.03
 
@@ -124,7 +124,7 @@ def test_dead_reckoning_from_the_counts_finds_every_station() -> None:
     wheels = Wheelbase(tick=1 / COUNTS_PER_METRE, width=WHEEL_BASE)
     track = Track(pose=STATIONS[0])
     for number, station in enumerate(STATIONS[1:], start=1):
-        records = host.hear(Move(job=number), milliseconds=15_000)
+        records = host.ask(Move(job=number), milliseconds=15_000)
         assert isinstance(records[-1], Done)
         for each in records:
             track = driven(track, each, wheels=wheels) if isinstance(each, Wheels) else track
@@ -132,20 +132,20 @@ def test_dead_reckoning_from_the_counts_finds_every_station() -> None:
         np.testing.assert_allclose(track.pose[:2], station[:2], atol=1.5e-3)
         np.testing.assert_allclose(wrap(track.pose[2] - station[2]), 0.0, atol=5e-4)
     # At the last station there is nowhere to go.
-    records = host.hear(Move(job=99), milliseconds=100)
+    records = host.ask(Move(job=99), milliseconds=100)
     assert isinstance(records[-1], Done)
     assert {(each.left, each.right) for each in records if isinstance(each, Wheels)} == {host.device.board.wheels()}
 
 
 def test_a_drive_that_was_interrupted_goes_on_to_the_same_station_and_a_reset_zeroes_the_counts() -> None:
     host = Host(device_of())
-    host.hear(Move(job=1), milliseconds=1500)
+    host.ask(Move(job=1), milliseconds=1500)
     assert host.device.board.is_driving
     before = host.device.board.map_from_base
     host.device.board.reset()
     assert host.device.board.wheels() == (0, 0)
     np.testing.assert_array_equal(host.device.board.map_from_base, before)
-    host.hear(Move(job=2), milliseconds=15_000)
+    host.ask(Move(job=2), milliseconds=15_000)
     np.testing.assert_allclose(host.device.board.map_from_base, STATIONS[1])
 
 
@@ -160,10 +160,10 @@ def test_faults_are_read_and_refused_as_they_are_typed() -> None:
             parse_faults(text, sensors=4)
 
 
-def test_a_silent_sensor_never_hears_and_a_stuck_one_is_faulty() -> None:
+def test_a_silent_sensor_never_detects_anything_and_a_stuck_one_is_faulty() -> None:
     host = Host(device_of(faults=Faults(silent=0, stuck=3)))
-    heard = host.hear(*settings(settle=0), Sweeps(job=1, count=0), milliseconds=1000)
-    echoes = [each for each in heard if isinstance(each, Echo)]
+    messages = host.ask(*settings(settle=0), Sweeps(job=1, count=0), milliseconds=1000)
+    echoes = [each for each in messages if isinstance(each, Echo)]
     assert {each.flight for each in echoes if each.sensor == 0} == {0}
     assert {each.flight for each in echoes if each.sensor == 3} == {-1}
     assert any(each.flight > 0 for each in echoes)
@@ -171,7 +171,7 @@ def test_a_silent_sensor_never_hears_and_a_stuck_one_is_faulty() -> None:
 
 def test_noise_damages_lines_in_both_directions() -> None:
     host = Host(device_of(faults=Faults(noise=0.01)))
-    hellos = [each for _ in range(100) for each in host.hear(Identify(), milliseconds=1) if isinstance(each, Hello)]
+    hellos = [each for _ in range(100) for each in host.ask(Identify(), milliseconds=1) if isinstance(each, Hello)]
     # A line of 17 characters comes through with a probability of a quarter, the longer answer with that of 2 %.
     assert host.device.head.damaged > 50
     assert host.decoder.damaged > 10
@@ -180,12 +180,12 @@ def test_noise_damages_lines_in_both_directions() -> None:
 
 def test_a_device_resets_and_vanishes_at_random_moments() -> None:
     host = Host(device_of(faults=Faults(resets=True, unplug=True)))
-    heard: list[Message] = []
+    messages: list[Message] = []
     plugged = []
     for _ in range(1000):
-        heard += host.hear(milliseconds=100)
+        messages += host.ask(milliseconds=100)
         plugged.append(host.device.is_plugged)
-    assert 4 < sum(isinstance(each, Hello) for each in heard) < 20
+    assert 4 < sum(isinstance(each, Hello) for each in messages) < 20
     away = np.diff(np.array(plugged).astype(int))
     assert 3 < np.count_nonzero(away == -1) < 20
     assert 0.8 < np.mean(plugged) < 0.97
