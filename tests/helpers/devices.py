@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from echoplan.hardware.faulty import with_wrong_bits
 from echoplan.hardware.head import Board, Head
 from echoplan.hardware.port import Port
 
@@ -84,17 +85,11 @@ class Line:
         if self.reads[0] in self.cuts:
             raise OSError("device disconnected")
         # The clock in the lines begins again from 0 after 5 s.
-        return self.spoilt(self.heads[0].advance(2**32 - 5_000_000 + TICK_US * self.reads[0]))
+        data = self.heads[0].advance(2**32 - 5_000_000 + TICK_US * self.reads[0])
+        return with_wrong_bits(data, self.bit_errors, rng=self.rng)
 
     def write(self, data: bytes) -> None:
-        self.heads[0].receive(self.spoilt(data))
+        self.heads[0].receive(with_wrong_bits(data, self.bit_errors, rng=self.rng))
 
     def close(self) -> None:
         """Nothing has to be closed."""
-
-    def spoilt(self, data: bytes) -> bytes:
-        """Flip bits."""
-        if not self.bit_errors:
-            return data
-        flips = np.packbits(self.rng.random(8 * len(data)) < self.bit_errors)
-        return (np.frombuffer(data, dtype=np.uint8) ^ flips).tobytes()

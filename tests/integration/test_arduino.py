@@ -8,9 +8,11 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from echoplan.hardware.head import Board, Head
+from echoplan.hardware.faulty import with_wrong_bits
+from echoplan.hardware.head import SETTINGS, Board, Head
 from echoplan.hardware.messages import (
     Accepted,
     Ack,
@@ -39,21 +41,7 @@ from helpers.avr import DISCONNECTED, Flight, Uno, build, serial_port, skip_with
 
 ROOT = Path(__file__).parents[2]
 ARDUINO = ROOT / "firmware" / "arduino"
-DEFAULTS = {
-    "start": -4500,
-    "stop": 4500,
-    "step": 100,
-    "zero": 1500,
-    "gain": 1000,
-    "dwell": 25,
-    "guard": 25,
-    "together": 0,
-    "settle": 500,
-    "listen": 25,
-    "tick": 0,
-    "base": 0,
-    "window": 0,
-}
+DEFAULTS = {name: default for name, _, _, default in SETTINGS}
 # Quick sweeps of seven steps.
 QUICK = {"start": -300, "stop": 300, "dwell": 5, "guard": 5, "settle": 0, "listen": 5}
 
@@ -364,15 +352,15 @@ def test_unacknowledged_records_come_again_until_they_are_acknowledged(start: Ca
 
 def test_nothing_is_lost_on_a_line_that_damages_one_bit_in_a_thousand(start: Callable[..., Host]) -> None:
     host = start(**QUICK | {"window": 24, "together": 1})
-    rng = random.Random(2)
+    rng = np.random.default_rng(2)
     records: dict[int, Record] = {}
     is_accepted = False
     for _ in range(400):
         expected = next(number for number in range(1000) if number not in records)
         command = Ack(job=3, next=expected) if is_accepted else Sweeps(job=3, count=4)
-        host.uno.write(damaged(encode(command), rng=rng))
+        host.uno.write(with_wrong_bits(encode(command), 0.001, rng=rng))
         host.uno.run(10)
-        for message in host.decoder.feed(damaged(host.uno.read(), rng=rng)):
+        for message in host.decoder.feed(with_wrong_bits(host.uno.read(), 0.001, rng=rng)):
             is_accepted |= isinstance(message, Accepted | Record)
             if isinstance(message, Record):
                 assert records.setdefault(message.number, message) == message
@@ -382,11 +370,6 @@ def test_nothing_is_lost_on_a_line_that_damages_one_bit_in_a_thousand(start: Cal
     complete = [records[number] for number in sorted(records)]
     assert is_numbered(complete)
     assert [echo.sensor for echo in echoes(complete)] == [0, 1, 2, 3] * 28
-
-
-def damaged(data: bytes, *, rng: random.Random) -> bytes:
-    """Return the bytes with about one wrong bit in a thousand."""
-    return bytes(byte ^ (1 << rng.randrange(8) if rng.random() < 0.008 else 0) for byte in data)
 
 
 def test_noise_is_never_answered(start: Callable[..., Host]) -> None:

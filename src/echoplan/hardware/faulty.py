@@ -8,7 +8,7 @@ from echoplan.errors import InputError
 from echoplan.hardware.head import Head
 from echoplan.hardware.virtual import VirtualBoard
 
-__all__ = ["Faults", "VirtualDevice", "parse_faults"]
+__all__ = ["Faults", "VirtualDevice", "parse_faults", "with_wrong_bits"]
 
 _KNOWN = ("resets", "noise", "unplug", "silent", "stuck")
 # Share of wrong bits, where nothing else is asked for.
@@ -110,7 +110,7 @@ class VirtualDevice:
 
     def receive(self, data: bytes) -> None:
         """Take bytes from the line."""
-        self.head.receive(self._damaged(data))
+        self.head.receive(with_wrong_bits(data, self.faults.noise, rng=self._rng))
 
     def advance(self, clock_us: int) -> bytes:
         """Do what is due at this time, and return what comes out of the line."""
@@ -124,13 +124,15 @@ class VirtualDevice:
         elif self.faults.unplug and self.is_plugged and clock_us >= times["unplug"] and not is_driving:
             times["plug"] = self._later(clock_us, _AWAY)
         data = self.head.advance(clock_us)
-        return self._damaged(data) if self.is_plugged else b""
+        return with_wrong_bits(data, self.faults.noise, rng=self._rng) if self.is_plugged else b""
 
     def _later(self, clock_us: int, span: tuple[int, int]) -> int:
         return clock_us + int(self._rng.integers(*span))
 
-    def _damaged(self, data: bytes) -> bytes:
-        if not data or not self.faults.noise:
-            return data
-        wrong = np.packbits(self._rng.random(8 * len(data)) < self.faults.noise)
-        return (np.frombuffer(data, dtype=np.uint8) ^ wrong).tobytes()
+
+def with_wrong_bits(data: bytes, share: float, *, rng: np.random.Generator) -> bytes:
+    """Return bytes of which about a share of the bits is wrong."""
+    if not data or not share:
+        return data
+    wrong = np.packbits(rng.random(8 * len(data)) < share)
+    return (np.frombuffer(data, dtype=np.uint8) ^ wrong).tobytes()
