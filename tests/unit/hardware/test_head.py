@@ -341,7 +341,7 @@ def test_it_waits_while_the_window_is_full_and_repeats_in_order_until_acknowledg
     conversation.say(Ack(job=6, next=6), Ack(job=7, next=99))
     assert of_kind(Record, conversation.run(50)) == first
     conversation.say(Ack(job=7, next=5))
-    assert [each.number for each in of_kind(Record, conversation.run(40))] == [6, 7, 8, 9, 10][: len(board.fired) - 3]
+    assert [each.number for each in of_kind(Record, conversation.run(40))] == [6, 7]
 
 
 def lossy(rng: np.random.Generator) -> Callable[[bytes], bytes]:
