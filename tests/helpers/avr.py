@@ -247,18 +247,15 @@ def _timer(core: Any, call: Callable[[int], int]) -> Any:
 
 
 @contextmanager
-def serial_port(uno: Uno, *, is_real_time: bool = False, damage: Callable[[bytes], bytes] = bytes) -> Iterator[str]:
-    """Let time pass in a thread and connect the serial port of an Uno to a pseudo terminal, whose name is returned.
-
-    Time passes as fast as the computer can; ``damage`` changes the bytes in both directions.
-    """
+def serial_port(uno: Uno) -> Iterator[str]:
+    """Connect the serial port of an Uno to a pseudo terminal, and yield its name; its time passes as fast as it can."""
     master, slave = pty.openpty()
     tty.setraw(master)
     tty.setraw(slave)
     os.set_blocking(master, False)
     is_over = threading.Event()
     with ThreadPoolExecutor(1) as executor:
-        pumping = executor.submit(_pump, uno, master, is_over=is_over, is_real_time=is_real_time, damage=damage)
+        pumping = executor.submit(_pump, uno, master, is_over=is_over)
         try:
             yield os.ttyname(slave)
         finally:
@@ -268,21 +265,16 @@ def serial_port(uno: Uno, *, is_real_time: bool = False, damage: Callable[[bytes
             os.close(slave)
 
 
-def _pump(
-    uno: Uno, master: int, *, is_over: threading.Event, is_real_time: bool, damage: Callable[[bytes], bytes]
-) -> None:
-    began = time.monotonic() - uno.clock_us / 1e6
+def _pump(uno: Uno, master: int, *, is_over: threading.Event) -> None:
     pending = b""
     while not is_over.is_set():
         # A full terminal stops the time of the device rather than losing bytes.
         if not pending:
             uno.run(1)
-            pending = damage(uno.read())
+            pending = uno.read()
         try:
             pending = pending[os.write(master, pending) :] if pending else b""
         except BlockingIOError:
             time.sleep(0.001)
         with suppress(BlockingIOError):
-            uno.write(damage(os.read(master, 256)))
-        if is_real_time:
-            time.sleep(max(uno.clock_us / 1e6 - (time.monotonic() - began), 0))
+            uno.write(os.read(master, 256))

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from echoplan.hardware.faulty import with_wrong_bits
-from echoplan.hardware.head import SETTINGS, Board, Head
+from echoplan.hardware.head import FIRMWARE, SETTINGS, Board, Head
 from echoplan.hardware.messages import (
     Accepted,
     Ack,
@@ -153,7 +153,7 @@ def test_the_build_refuses_a_line_that_the_configuration_does_not_have(program: 
 
 
 def test_the_device_introduces_itself_after_a_reset_and_when_asked(start: Callable[..., Host]) -> None:
-    hello = Hello(protocol=1, firmware="0.1.0", board="uno", sensors=4, window=24, capabilities="servo")
+    hello = Hello(protocol=1, firmware=FIRMWARE, board="uno", sensors=4, window=24, capabilities="servo")
     host = start()
     assert host.ask(Identify()) == [hello]
     (pong,) = host.ask(Ping(token=77))
