@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from echoplan.cli.source_options import DeviceArgument, DeviceRigOption
 from echoplan.cli.terminal import put, report_files, show
 
 if TYPE_CHECKING:
@@ -15,13 +16,9 @@ __all__ = ["run"]
 
 
 def run(
-    source: Annotated[
-        str, typer.Argument(help="serial:///dev/ttyUSB0 or tcp://HOST:PORT; without it, the only device that answers.")
-    ] = "",
+    source: DeviceArgument = "",
     out: Annotated[Path, typer.Option("--out", "-o", help="The rig file to write.")] = Path("rig.toml"),
-    rig: Annotated[
-        str, typer.Option(help="A built-in rig or a rig.toml to start from; else by the number of sensors.")
-    ] = "",
+    rig: DeviceRigOption = "",
 ) -> None:
     """Calibrate a device step by step: its sensors, the direction, offset and gain of its servo, ranges and beam.
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from echoplan.cli.source_options import DeviceArgument, DeviceRigOption
 from echoplan.cli.terminal import put, report_files
 
 if TYPE_CHECKING:
@@ -20,13 +21,9 @@ __all__ = ["run"]
 
 
 def run(
-    source: Annotated[
-        str, typer.Argument(help="serial:///dev/ttyUSB0 or tcp://HOST:PORT; without it, the only device that answers.")
-    ] = "",
+    source: DeviceArgument = "",
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the recording.")] = Path("rec"),
-    rig: Annotated[
-        str, typer.Option(help="A built-in rig or a rig.toml; else by the number of sensors of the device.")
-    ] = "",
+    rig: DeviceRigOption = "",
     place: Annotated[
         list[str] | None,
         typer.Option(help='"x y heading" of a station [cm, cm, degrees]; repeatable. Without it you are asked.'),

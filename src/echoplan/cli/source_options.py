@@ -1,4 +1,4 @@
-"""Options of a source, the same for every command that reads one: what to read from a ROS bag."""
+"""Options of a source, the same for every command that has them: what to read from a ROS bag, and which device."""
 
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,7 +10,17 @@ if TYPE_CHECKING:
     from echoplan.io.ros import BagOptions
     from echoplan.model import Source
 
-__all__ = ["SOURCE_HELP", "FieldOption", "MountOption", "OdomOption", "TopicOption", "bag_options", "put_notes"]
+__all__ = [
+    "SOURCE_HELP",
+    "DeviceArgument",
+    "DeviceRigOption",
+    "FieldOption",
+    "MountOption",
+    "OdomOption",
+    "TopicOption",
+    "bag_options",
+    "put_notes",
+]
 
 _PANEL = "ROS bags"
 SOURCE_HELP = "A recording's folder, a ROS bag, sim:WORLD, or a device: serial:///dev/... or tcp://HOST:PORT."
@@ -33,6 +43,12 @@ FieldOption = Annotated[
 MountOption = Annotated[
     list[str] | None,
     typer.Option("--mount", help="Pose of a sensor in the base: FRAME=X,Y,YAW in m and rad.", rich_help_panel=_PANEL),
+]
+DeviceArgument = Annotated[
+    str, typer.Argument(help="serial:///dev/ttyUSB0 or tcp://HOST:PORT; without it, the only device that answers.")
+]
+DeviceRigOption = Annotated[
+    str, typer.Option("--rig", help="A built-in rig or a rig.toml; else by the number of sensors of the device.")
 ]
 
 
