@@ -271,12 +271,7 @@ def _open_recording(text: str, _: SimulationSettings | None) -> Source:
 
 
 def _open_simulation(text: str, settings: SimulationSettings | None) -> Source:
-    # Other commas are those of a file's name.
-    world, *written = re.split(r",(?=\w+(?:[=,]|$))", text.removeprefix("sim:"))
-    options: dict[str, str] = dict(option.partition("=")[::2] for option in written)
-    for option in options:
-        if option not in _SIMULATION_OPTIONS:
-            raise UnknownNameError("option", option, known=_SIMULATION_OPTIONS)
+    world, options = _split_options(text.removeprefix("sim:"), known=_SIMULATION_OPTIONS)
     seed = options.get("seed", "0")
     if not re.fullmatch(r"[0-9]{1,18}", seed):
         digits = " of up to 18 digits" if seed.isdecimal() else ""
@@ -291,11 +286,7 @@ def _open_simulation(text: str, settings: SimulationSettings | None) -> Source:
 
 
 def _open_device(text: str, _: SimulationSettings | None) -> Source:
-    address, *written = text.split(",")
-    options: dict[str, str] = dict(option.partition("=")[::2] for option in written)
-    for option in options:
-        if option not in _DEVICE_OPTIONS:
-            raise UnknownNameError("option", option, known=_DEVICE_OPTIONS)
+    address, options = _split_options(text, known=_DEVICE_OPTIONS)
     count = options.get("sweeps", "1")
     if not re.fullmatch(r"[1-9][0-9]{0,4}", count):
         problem = f"{reprlib.repr(count)} is not a number of sweeps"
@@ -307,6 +298,16 @@ def _open_device(text: str, _: SimulationSettings | None) -> Source:
             name = rig_name(name, device)
     rig = find_rig(name)
     return DeviceSource(name=address, rig=rig, count=int(count), conventions=device_conventions(name))
+
+
+def _split_options(text: str, *, known: tuple[str, ...]) -> tuple[str, dict[str, str]]:
+    """Split the options after a world or an address from it; other commas are those of a file's name."""
+    name, *written = re.split(r",(?=\w+(?:[=,]|$))", text)
+    options: dict[str, str] = dict(option.partition("=")[::2] for option in written)
+    for option in options:
+        if option not in known:
+            raise UnknownNameError("option", option, known=known)
+    return name, options
 
 
 def rig_name(name: str, device: Device) -> str:
