@@ -152,6 +152,7 @@ def _identify(guide: Guide, rig: Rig) -> Rig | None:
         name = _name(sensor, rig)
 
         def measure(_: str, name: str = name) -> int | _Problem:
+            """Return the number of the covered sensor."""
             covered = covered_sensors(guide.sweep(still))
             remedy = f"cover only the {name} sensor, with a flat hand about 5 cm from it"
             if not covered:
@@ -178,6 +179,7 @@ def _find_sign(guide: Guide, rig: Rig) -> int | None:
     remedy = "clear half a metre around the robot, and hold the hand still, facing it"
 
     def measure(_: str) -> int | _Problem:
+        """Return the sign of the servo by the side on which the hand is seen."""
         side = hand_side(guide.sweep(rig), sensor_id=front_of(rig).sensor_id)
         if math.isnan(side):
             return _Problem(text="no hand was seen within 50 cm", remedy=remedy)
@@ -202,6 +204,7 @@ def _find_temperature(guide: Guide, rig: Rig) -> Estimate | None:
             return Estimate(value=sweeps[-1].temperature, sigma=_THERMOMETER)
 
     def measure(answer: str) -> Estimate | _Problem:
+        """Return the temperature that was typed."""
         value = _number(answer, unit="c")
         if not -30.0 <= value <= 60.0:
             return _Problem(text=f"{answer!r} is no temperature", remedy="type degrees Celsius, such as 21")
@@ -219,6 +222,7 @@ def _see_wall(guide: Guide, seen: Observations) -> Observations:
     farthest = 90.0 * front.max_range
 
     def measure(answer: str) -> Observations | _Problem:
+        """Return the observations with the wall at the distance that was typed."""
         distance = _number(answer, unit="cm")
         if not 30.0 <= distance <= farthest:
             remedy = f"type centimetres from 30 to {farthest:.0f}, such as {_best_distance(seen.rig):.0f}"
@@ -288,6 +292,7 @@ def _see_corner(guide: Guide, seen: Observations) -> Observations:
     left_cm, right_cm = 100 * seen.distance - 15.0, 100 * seen.distance
 
     def measure(_: str) -> tuple[Arc, ...] | _Problem:
+        """Return the arcs of the right and the left wall of the corner."""
         sweeps = guide.sweep(seen.rig)
         depth = seen.distance - math.hypot(front.x, front.y)
         gate = _CORNER_GATE * seen.distance

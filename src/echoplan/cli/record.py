@@ -89,7 +89,7 @@ def _poses(device: "Device", stations: "Sequence[FloatArray]") -> "Iterator[Floa
 
 
 def _driven_poses(device: "Device", stations: "Sequence[FloatArray]") -> "Iterator[FloatArray]":
-    """Let the device drive from station to station: those that are given, or where its wheels say that it is."""
+    """Let the device drive from station to station: those that are given, or those that its wheels measure."""
     from echoplan.errors import InputError  # noqa: PLC0415 - --help must not wait for NumPy
 
     yield stations[0] if stations else device.pose

@@ -264,7 +264,7 @@ class Device:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Greeting:
-    """What a device says of itself."""
+    """What a device reports about itself."""
 
     hello: Hello
     wheels: Wheelbase | None

@@ -30,7 +30,7 @@ class Faults:
     unplug : bool, optional
         Whether the port vanishes at random moments and comes back.
     silent, stuck : int, optional
-        Number of a sensor that never hears, and of one whose echo pin is always high.
+        Number of a sensor that never detects anything, and of one whose echo pin is always high.
     """
 
     noise: float = 0.0

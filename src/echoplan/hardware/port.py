@@ -55,12 +55,12 @@ class Port:
         self._transport = transport
         self._decoder = Decoder()
         # When the last line arrived, whole or damaged.
-        self._heard = deque([clock()], maxlen=1)
+        self._arrived = deque([clock()], maxlen=1)
 
     @property
     def silence(self) -> float:
         """Time since the last line arrived, whole or damaged [s]."""
-        return self.clock() - self._heard[0]
+        return self.clock() - self._arrived[0]
 
     @property
     def damaged(self) -> int:
@@ -76,7 +76,7 @@ class Port:
         lines = self._decoder.lines
         yield from self._decoder.feed(self._transport.read())
         if self._decoder.lines > lines:
-            self._heard.append(self.clock())
+            self._arrived.append(self.clock())
 
     def close(self) -> None:
         """Close the connection."""

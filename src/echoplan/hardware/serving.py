@@ -25,7 +25,7 @@ class PtyEndpoint:
     Parameters
     ----------
     link : Path, optional
-        A link to it, which stays the same when the port is made anew.
+        A link to it, which stays the same when the port is opened again.
     """
 
     def __init__(self, *, link: Path | None = None) -> None:
@@ -70,7 +70,7 @@ class PtyEndpoint:
     def write(self, data: bytes) -> None:
         """Send bytes."""
         with suppress(BlockingIOError):
-            # What is said while the port is away is lost.
+            # Bytes sent while the port is closed are lost.
             for file in self._files[:1]:
                 os.write(file, data)
 

@@ -109,7 +109,7 @@ class VirtualBoard(Board):
     seed : int, optional
         Seed of all chance.
     silent, stuck : int, optional
-        Number of a sensor that never hears, and of one whose echo pin is always high.
+        Number of a sensor that never detects anything, and of one whose echo pin is always high.
 
     Raises
     ------
