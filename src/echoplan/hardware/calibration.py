@@ -12,15 +12,12 @@ from echoplan.acoustics import (
     half_angle,
     ka_for,
     piston_ka,
-    plane_echo,
-    signal_excess,
     speed_of_sound,
     typical_transducer,
     wavenumber,
 )
-from echoplan.arrays import FloatArray
 from echoplan.geometry import wrap
-from echoplan.hardware.walls import Arc, ArcFit, Estimate, fit_arcs
+from echoplan.hardware.walls import Arc, ArcFit, Estimate, fit_arcs, wall_excess
 from echoplan.model import Conventions, Rig, Sensor, Transducer
 
 __all__ = ["Calibration", "Observations", "SensorView", "Value", "assigned", "calibrate", "front_of"]
@@ -160,7 +157,7 @@ def front_of(rig: Rig) -> Sensor:
 
 
 def calibrate(seen: Observations) -> Calibration:
-    """Estimate what the observations say of a rig, by least squares.
+    """Estimate the values of a rig from the observations, by least squares.
 
     The center of the arc of a wall gives the offset of the servo, its edges the beam, its depth the offset of the
     readings; the angle between the walls of a right-angled corner gives the gain of the servo.
@@ -258,7 +255,7 @@ def _sensor(
     )
     # The same edges of the arc, if the sensor is more sensitive than assumed.
     louder = replace(transducer, figure_of_merit=transducer.figure_of_merit + _SENSITIVITY)
-    excesses = [_excess(seen.distance, transducer=each, air=air) for each in (transducer, louder)]
+    excesses = [wall_excess(seen.distance, transducer=each, air=air) for each in (transducer, louder)]
     edge = half_angle(excesses[0], fit.ka.value)
     other = _half_aperture(float(ka_for(edge, excesses[1])), sensor=sensor, transducer=louder, air=air)
     # The width is as wide as the servo turned.
@@ -270,12 +267,8 @@ def _sensor(
 def _half_aperture(ka: float, *, sensor: Sensor, transducer: Transducer, air: Air) -> float:
     """Return the angle within which a plane is detected at half the reach [rad]: so data sheets state it."""
     usual, half = Air(), sensor.max_range / 2
-    excess = _excess(half, transducer=transducer, air=usual)
+    excess = wall_excess(half, transducer=transducer, air=usual)
     return float(half_angle(excess, ka * air.speed_of_sound / usual.speed_of_sound))
-
-
-def _excess(distance: float, *, transducer: Transducer, air: Air) -> FloatArray:
-    return signal_excess(plane_echo(distance), 2 * distance, transducer=transducer, air=air)
 
 
 def _moved(sensor: Sensor, *, offset: float, half_aperture: float) -> Sensor:

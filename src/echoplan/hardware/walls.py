@@ -10,7 +10,7 @@ from echoplan.acoustics import Air, crossing_delay, half_angle, plane_echo, sign
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.model import Sensor, Sweep, Transducer
 
-__all__ = ["Arc", "ArcFit", "Estimate", "find_arcs", "fit_arcs", "reading_of"]
+__all__ = ["Arc", "ArcFit", "Estimate", "find_arcs", "fit_arcs", "reading_of", "wall_excess"]
 
 # Ranges of one wall differ by less than this from step to step of the servo [m].
 _JUMP = 0.05
@@ -165,8 +165,8 @@ def reading_of(
     sensor, transducer, air
         The sensor, what it is made of, and the air.
     """
-    excess = _excess_of(depth, transducer=transducer, air=air)
-    reference = _excess_of(_REFERENCE, transducer=transducer, air=air)
+    excess = wall_excess(depth, transducer=transducer, air=air)
+    reference = wall_excess(_REFERENCE, transducer=transducer, air=air)
     left = np.maximum(excess - two_way_loss(angles, ka), _WEAKEST)
     late = crossing_delay(left, transducer) - crossing_delay(np.maximum(reference, _WEAKEST), transducer)
     arm, turned = math.hypot(sensor.x, sensor.y), math.atan2(sensor.y, sensor.x) - sensor.yaw
@@ -198,7 +198,7 @@ def fit_arcs(
     start = [math.log(ka.value), 1.0]
     sigmas = []
     for arc in arcs:
-        width = float(half_angle(_excess_of(np.median(arc.ranges), transducer=transducer, air=air), ka.value) / gain)
+        width = float(half_angle(wall_excess(np.median(arc.ranges), transducer=transducer, air=air), ka.value) / gain)
         start += [_center(arc, width=abs(width)), float(arc.ranges.min() + math.hypot(sensor.x, sensor.y))]
         noise = math.hypot(_MODEL_ERROR, sensor.resolution / math.sqrt(12))
         sigmas.append(np.hypot(noise, _WALK_ERROR * (arc.ranges - np.percentile(arc.ranges, 10.0)).clip(min=0.0)))
@@ -222,7 +222,7 @@ def fit_arcs(
         ]
 
     def residuals(values: FloatArray) -> FloatArray:
-        widths = half_angle(_excess_of(values[3::2], transducer=transducer, air=air), math.exp(values[0])) / abs(gain)
+        widths = half_angle(wall_excess(values[3::2], transducer=transducer, air=air), math.exp(values[0])) / abs(gain)
         ends = values[2::2, None] + widths[:, None] * [-1.0, 1.0] - edges
         priors = [(values[0] - start[0]) * ka.value / ka.sigma, (values[1] - 1.0) / _WALK_SPREAD]
         weighted = [error / sigma for error, sigma in zip(errors(values), sigmas, strict=True)]
@@ -247,7 +247,7 @@ def fit_arcs(
     )
 
 
-def _excess_of(depth: float | FloatArray, *, transducer: Transducer, air: Air) -> FloatArray:
+def wall_excess(depth: float | FloatArray, *, transducer: Transducer, air: Air) -> FloatArray:
     """Return the signal excess of a wall at a depth [dB]."""
     distance = np.maximum(depth, 0.01)
     return signal_excess(plane_echo(distance), 2.0 * distance, transducer=transducer, air=air)
