@@ -1,9 +1,10 @@
 """Load of a live page: python benchmarks/live.py [--seconds 120] [--viewers 3] [--source SOURCE].
 
-Runs ``echoplan live`` on a source, by default the flat of two rooms recorded at full rate (160 pings a second) with as
-many sweeps at each station as the time needs, and looks at it with some viewers and one more that reads only every
-tenth second.  Prints the frames that each viewer saw, the CPU time of the server and of its mapper as shares of one
-core, and their memory over time, as JSON.  Needs Linux, which says how much each process uses in ``/proc``.
+Runs ``echoplan live --out`` on a source and looks at it with some viewers and one more that reads only every tenth
+second.  By default the source is a simulated device that drives through the flat of two rooms and sweeps at full rate
+(160 pings a second), as often at each station as the time needs.  Prints the frames that each viewer saw, the CPU time
+of the server and of its mapper as shares of one core, their memory over time, the notices of the page, and how many
+pings each sweep of the recording has, as JSON.  Needs Linux, where ``/proc`` shows how much each process uses.
 """
 
 import argparse
@@ -12,64 +13,71 @@ import json
 import os
 import platform
 import re
+import signal
 import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
 from time import monotonic
 
 import numpy as np
 from websockets.asyncio.client import ClientConnection, connect
 
-from echoplan.io import write_recording
-from echoplan.model import Recording, Sweep
 from echoplan.sources import open_source
 
 TICKS = os.sysconf("SC_CLK_TCK")
+WORLD = "two-room-flat"
 PAGE_MEGABYTES = os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
 def main() -> None:
-    """Run the server and the viewers, and print what they measured."""
+    """Run the device, the server and the viewers, and print what they measured."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=120.0)
     parser.add_argument("--viewers", type=int, default=3)
-    parser.add_argument("--source", help="What echoplan live takes; by default a recording at full rate.")
+    parser.add_argument("--source", help="What echoplan live takes; by default a simulated device at full rate.")
     arguments = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder:
-        source = arguments.source or str(full_rate_recording(Path(folder) / "rec", arguments.seconds))
-        command = [sys.executable, "-m", "echoplan", "live", source, "--port", "0", "--no-browser"]
-        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
-            try:
-                assert server.stdout
-                address = re.search(r"http://(\S+)/", server.stdout.readline())
-                assert address, "the server did not start"
-                report = asyncio.run(watch(address[1], server.pid, arguments))
-            finally:
-                server.terminate()
-    print(
-        json.dumps({"machine": platform.platform(), "source": arguments.source or "flat, full rate"} | report, indent=2)
-    )
+    with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
+        source, repeats = arguments.source, 1
+        if source is None:
+            source = stack.enter_context(started("device", WORLD, "--tcp", "0", shows=r"(tcp://\S+)"))[1]
+            source, repeats = f"{source},rig=rotary-array", sweeps_at_each_station(arguments.seconds)
+        out = Path(folder) / "map"
+        options = ("--sweeps", str(repeats), "--out", str(out), "--port", "0", "--no-browser")
+        with started("live", source, *options, shows=r"http://(\S+)/") as (server, address):
+            report = asyncio.run(watch(address, server.pid, arguments))
+        report |= recorded(out / "recording")
+    source = arguments.source or f"simulated device in {WORLD}"
+    print(json.dumps({"machine": platform.platform(), "source": source} | report, indent=2))
 
 
-def full_rate_recording(folder: Path, seconds: float) -> Path:
-    """Write a recording of so many seconds: sweeps follow each other at once, and repeat each other at each station."""
-    simulation = open_source("sim:two-room-flat")
-    once = tuple(simulation)
-    step_ns = int(np.median(np.diff(np.unique(once[0].stamps_ns))))
-    length_ns = int(once[0].stamps_ns[-1] - once[0].stamps_ns[0]) + step_ns
-    count = int(1.1 * seconds * 1e9 / length_ns) + 1
+@contextmanager
+def started(*command: str, shows: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """Run a command of echoplan while the block runs; yield it, and what it shows in its first lines."""
+    with subprocess.Popen([sys.executable, "-m", "echoplan", *command], stdout=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout
+            found = next((match for line in process.stdout if (match := re.search(shows, line))), None)
+            assert found, f"echoplan {command[0]} did not start"
+            yield process, found[1]
+        finally:
+            process.send_signal(signal.SIGINT)
 
-    def sweeps() -> Iterator[Sweep]:
-        for number in range(count):
-            sweep = once[number * len(once) // count]
-            stamps = sweep.stamps_ns - sweep.stamps_ns[0] + number * length_ns
-            yield replace(sweep, index=number, stamps_ns=stamps)
 
-    write_recording(folder, Recording(name="full rate", rig=simulation.rig, sweeps=tuple(sweeps())))
-    return folder
+def sweeps_at_each_station(seconds: float) -> int:
+    """Return how often the device has to sweep at each station to need more than so many seconds."""
+    stations = tuple(open_source(f"sim:{WORLD}"))
+    duration = float(np.mean([np.ptp(each.stamps_ns) for each in stations])) / 1e9
+    return int(1.1 * seconds / duration / len(stations)) + 1
+
+
+def recorded(folder: Path) -> dict[str, object]:
+    """Return how many sweeps and pings were recorded, and the numbers of pings that sweeps have."""
+    pings = [len(sweep) for sweep in open_source(str(folder))]
+    return {"sweeps": len(pings), "pings": sum(pings), "pings_of_a_sweep": sorted(set(pings))}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,16 +86,20 @@ class Viewer:
 
     frames: list[float] = field(default_factory=list)
     maps: list[float] = field(default_factory=list)
+    notices: list[str] = field(default_factory=list)
 
     async def look(self, connection: ClientConnection, *, pause: float) -> None:
         """Note when frames and maps come; read only now and then if there is a pause."""
         async for text in connection:
-            topic = json.loads(text)["topic"]
+            message = json.loads(text)
+            topic = message["topic"]
             if topic == "frame":
                 self.frames.append(monotonic())
                 await asyncio.sleep(pause)
             elif topic == "map":
                 self.maps.append(monotonic())
+            elif topic == "notice":
+                self.notices.append(message["text"])
 
 
 async def watch(host: str, server: int, arguments: argparse.Namespace) -> dict[str, object]:
@@ -115,6 +127,7 @@ async def watch(host: str, server: int, arguments: argparse.Namespace) -> dict[s
         "frames_per_second": [round(len(each.frames) / elapsed, 2) for each in viewers],
         "longest_gap_seconds": [round(float(np.diff(each.frames).max(initial=0.0)), 2) for each in viewers],
         "maps": len(viewers[0].maps),
+        "notices": viewers[0].notices,
         "cpu_share": {name: round(seconds / elapsed, 3) for name, seconds in shares.items()},
         "memory_megabytes": memory,
     }

@@ -1,6 +1,7 @@
 """Tests give the same result on every run, whatever the machine's pace and whatever was asked of the terminal."""
 
 import os
+import signal
 
 from hypothesis import settings
 
@@ -8,6 +9,8 @@ from hypothesis import settings
 for _wish in ("FORCE_COLOR", "NO_COLOR", "COLUMNS", "LINES", "TTY_COMPATIBLE", "TTY_INTERACTIVE"):
     os.environ.pop(_wish, None)
 os.environ["TERM"] = "xterm"
+# A job that a shell starts in the background ignores interrupts, and so would the programs that the tests start.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # Property tests draw the same fifty examples on every run, and a slow machine does not fail them.
 settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=50)

@@ -93,3 +93,13 @@ class Line:
 
     def close(self) -> None:
         """Nothing has to be closed."""
+
+
+class Cart(Room):
+    """A board with wheels and no motors, which somebody pushes straight ahead: a count each millisecond."""
+
+    capabilities = ("servo", "wheels")
+    tick, base = 100, 2000
+
+    def wheels(self) -> tuple[int, int]:
+        return (self.state["now"] // 1000, self.state["now"] // 1000)

@@ -66,14 +66,14 @@ def _device(world: str, *, rig: str, route: str, faults: str, config: Path | Non
     from echoplan.simulation import SimulationSettings  # noqa: PLC0415
     from echoplan.sources import find_rig, find_route, find_world  # noqa: PLC0415
 
-    using, way = find_rig(rig), find_route(route)
-    if way.stamps_ns is not None:
-        raise InputError(route, "it is a way, and a device needs stations", remedy="leave out the column t")
+    using, driven = find_rig(rig), find_route(route)
+    if driven.stamps_ns is not None:
+        raise InputError(route, "its poses have times, and a device needs stations", remedy="leave out the column t")
     chosen = parse_faults(faults, sensors=len(using.sensors))
     board = VirtualBoard(
         world=find_world(world),
         rig=using,
-        stations=way.map_from_base,
+        stations=driven.map_from_base,
         settings=settings_of(config, "simulation", SimulationSettings),
         seed=seed,
         silent=chosen.silent,

@@ -75,7 +75,7 @@ def _versions() -> "Iterator[Check]":
         try:
             import_module(module)
         except ImportError as error:
-            remedy = "install echoplan anew: pip install --force-reinstall echoplan"
+            remedy = "reinstall echoplan: pip install --force-reinstall echoplan"
             reason = " ".join(str(error).split())
             yield Check(name=package, found=f"cannot be imported: {reason}", remedy=remedy, is_essential=True)
         else:
@@ -101,14 +101,14 @@ def _versioned(package: str) -> str:
 
 
 def _cache() -> "Iterator[Check]":
-    name, anew = "compiled code", "set NUMBA_CACHE_DIR to a folder that you may write to"
+    name, remedy = "compiled code", "set NUMBA_CACHE_DIR to a folder that you may write to"
     try:
         from echoplan.compiled import cache_folders  # noqa: PLC0415
     except ImportError:
         return  # reported with the packages
     folders = cache_folders()
     if not folders:
-        yield Check(name=name, found="nowhere: it is compiled in each run, for a minute", remedy=anew)
+        yield Check(name=name, found="nowhere: it is compiled in each run, for a minute", remedy=remedy)
         return
     root = os.path.commonpath(folders)
     size = sum(file.stat().st_size for file in Path(root).rglob("*.nb[ci]")) / 1e6
@@ -116,7 +116,7 @@ def _cache() -> "Iterator[Check]":
     yield Check(
         name=name,
         found=f"{size:.1f} MB in {root}, {'writable' if is_writable else 'not writable'}",
-        remedy="" if is_writable else anew,
+        remedy="" if is_writable else remedy,
     )
 
 

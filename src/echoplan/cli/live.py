@@ -28,6 +28,7 @@ def run(
         ),
     ] = _FLAT,
     speed: Annotated[float, typer.Option(help="How many times faster than it was recorded.")] = 1.0,
+    sweeps: Annotated[int, typer.Option(min=1, max=65535, help="Sweeps of a device at each station.")] = 1,
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="Folder for what is saved.", show_default="downloads only")
     ] = None,
@@ -72,7 +73,7 @@ def run(
             webbrowser.open(address)
 
     run_live(
-        _feed(opened, speed=speed),
+        _feed(opened, speed=speed, sweeps=sweeps),
         host=host or "127.0.0.1",
         port=port,
         token=token_urlsafe(16) if host else "",
@@ -81,13 +82,17 @@ def run(
     )
 
 
-def _feed(source: "Source", *, speed: float) -> "Feed":
-    from echoplan.hardware import DeviceSource  # noqa: PLC0415 - --help must not wait for NumPy
+def _feed(source: "Source", *, speed: float, sweeps: int) -> "Feed":
+    from echoplan.errors import InputError  # noqa: PLC0415 - --help must not wait for NumPy
+    from echoplan.hardware import DeviceSource  # noqa: PLC0415
     from echoplan.live import DeviceFeed, Player, SimulationPlayer  # noqa: PLC0415
     from echoplan.simulation import Simulation  # noqa: PLC0415
 
     if isinstance(source, DeviceSource):
-        return DeviceFeed(source.name, rig=source.rig, conventions=source.conventions)
+        return DeviceFeed(source.name, rig=source.rig, conventions=source.conventions, sweeps=sweeps)
+    if sweeps > 1:
+        remedy = "leave it out: a recording or a simulation has its own sweeps"
+        raise InputError("--sweeps", f"{source.name} is no device", remedy=remedy)
     if isinstance(source, Simulation):
         return SimulationPlayer(source, speed=speed)
     return Player(source, speed=speed)

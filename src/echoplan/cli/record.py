@@ -85,7 +85,9 @@ def _poses(device: "Device", stations: "Sequence[FloatArray]") -> "Iterator[Floa
     # Without the geometry of its wheels, nobody knows where it has driven.
     if "drive" in device.capabilities and device.wheels is not None:
         return _driven_poses(device, stations)
-    return _announced_poses(stations) if stations else _asked_poses()
+    if stations:
+        return _announced_poses(stations)
+    return _pushed_poses(device) if device.wheels is not None else _asked_poses()
 
 
 def _driven_poses(device: "Device", stations: "Sequence[FloatArray]") -> "Iterator[FloatArray]":
@@ -110,6 +112,20 @@ def _announced_poses(stations: "Sequence[FloatArray]") -> "Iterator[FloatArray]"
         if sys.stdin.isatty():
             typer.prompt(f"Place the robot at station {number} and press Enter", default="", show_default=False)
         yield station
+
+
+def _pushed_poses(device: "Device") -> "Iterator[FloatArray]":
+    """Let the user push the robot from station to station while its wheels are counted."""
+    put("The wheels measure where the robot is. The first station is 0 0 0.")
+    typed = ["\n"]
+    for number in count(2):
+        yield device.pose
+        if sys.stdin.isatty():
+            sys.stderr.write(f"Push the robot to station {number} and press Enter (q: finish): ")
+            sys.stderr.flush()
+        device.push(lambda: typed.append(sys.stdin.readline()))
+        if typed[-1].strip() or not typed[-1]:
+            return
 
 
 def _asked_poses() -> "Iterator[FloatArray]":

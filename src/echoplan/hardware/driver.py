@@ -5,6 +5,7 @@ import math
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import count
@@ -66,12 +67,14 @@ class Device:
         self._ports = deque[Port](maxlen=1)
         self._tracks = deque([Track(pose=identity())], maxlen=1)
         self._stamps_ns = deque([0], maxlen=1)
+        self._current = deque([0], maxlen=1)
         self._ports.append(connect(address))
         self._greetings = deque[_Greeting](maxlen=1)
         try:
-            job = self._greet()
-        except OSError as error:
-            job = self._connect_again(error)
+            job = self._greeted()
+        except BaseException:
+            self.close()
+            raise
         # The last job of the device may still be going on: it is not continued.
         self._jobs = (number % 65535 + 1 for number in count(job))
 
@@ -170,6 +173,33 @@ class Device:
                     counts.add((record.left, record.right))
         return len(counts) > 1
 
+    def push(self, until: Callable[[], None]) -> None:
+        """Measure by the wheels where the robot is pushed, until a call returns.
+
+        Raises
+        ------
+        InputError
+            If the device is reset on the way, so that the pose is unknown.
+        """
+        with ThreadPoolExecutor(1) as pool:
+            moved = pool.submit(self.move)
+            try:
+                until()
+            finally:
+                while not moved.done():
+                    # Repeated, because a line may be damaged; a lost connection is made again by the thread that moves.
+                    with suppress(OSError):
+                        self._ports[0].send(Stop(job=self._current[0]))
+                    wait([moved], timeout=_AGAIN)
+        moved.result()
+
+    def _greeted(self) -> int:
+        """Greet a new device as often as it takes."""
+        try:
+            return self._greet()
+        except OSError as error:
+            return self._connect_again(error)
+
     def _greet(self) -> int:
         """Ask the device what it is, and return its job; 0 after a reset."""
         port = self._ports[0]
@@ -216,6 +246,7 @@ class Device:
 
     def _records(self, command: Sweeps | Move, settings: Mapping[str, int]) -> Iterator[Record]:
         """Begin a job and yield its records; a job that still exists after a lost connection goes on."""
+        self._current.append(command.job)
         job = following = 0
         while job in (0, command.job):
             reason = None
@@ -273,7 +304,8 @@ class _Greeting:
 def device_settings(rig: Rig) -> dict[str, int]:
     """Return the settings of a device that do what a rig states.
 
-    Raises ``InvalidValueError`` if no device can fire like this.
+    The angles of the servo are those that the device records, before any conventions.  Raises ``InvalidValueError`` if
+    no device can fire like this.
     """
     firing = rig.firing or Firing(period=_PERIOD, groups=tuple((each,) for each in rig.sensor_ids.tolist()))
     if len(firing.groups) > 1 and max(map(len, firing.groups)) > 1:

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import fields
 from itertools import count, takewhile
+from typing import TypeVar
 
 from echoplan.errors import InputError
 from echoplan.hardware.messages import (
@@ -23,6 +24,8 @@ from echoplan.hardware.messages import (
 )
 from echoplan.hardware.port import Port
 
+_Answer = TypeVar("_Answer", bound=Message)
+
 __all__ = ["ask", "change_setting", "current_job", "end_job", "identify", "records_of", "settings_of"]
 
 # A command is repeated this often [s]; a line and its answer take 8 ms at 115200 baud.
@@ -37,15 +40,16 @@ _SILENCE, _LOST = 0.5, 10.0
 _ACKNOWLEDGED = 8
 
 
-def ask(port: Port, command: Message, *answers: type[Message]) -> Message:
-    """Repeat a command until one of its answers arrives, or a refusal.
+def ask(port: Port, command: Message, answer: type[_Answer]) -> _Answer | Refused:
+    """Repeat a command until its answer arrives, or a refusal.
 
-    Raises ``InputError`` if none does, ``OSError`` if the connection is lost.
+    Raises ``InputError`` if neither does, ``OSError`` if the connection is lost.
     """
     for message in _answers_to(port, command):
-        # A job ends with its current ping: until then a device is busy.
-        is_refusal = isinstance(message, Refused) and message.reason != "busy"
-        if (is_refusal or isinstance(message, answers)) and _is_answer(message, command):
+        if isinstance(message, answer | Refused) and _is_answer(message, command):
+            # A job ends with its current ping: until then a device is busy.
+            if isinstance(message, Refused) and message.reason == "busy":
+                continue
             return message
     remedy = "check that it runs the firmware of echoplan, and that no other program has the port open"
     raise InputError(port.name, "no device of echoplan answers", remedy=remedy)
@@ -54,21 +58,17 @@ def ask(port: Port, command: Message, *answers: type[Message]) -> Message:
 def identify(port: Port) -> Hello:
     """Ask a device what it is.
 
-    Raises as ``ask`` does.
+    Raises as ``ask`` does, and ``InputError`` if the device refuses.
     """
-    answer = ask(port, Identify(), Hello)
-    assert isinstance(answer, Hello)
-    return answer
+    return _required(port, Identify(), Hello)
 
 
 def current_job(port: Port) -> int:
     """Return the job of a device; 0 if it was reset since.
 
-    Raises as ``ask`` does.
+    Raises as ``ask`` does, and ``InputError`` if the device refuses.
     """
-    answer = ask(port, Ping(token=0), Pong)
-    assert isinstance(answer, Pong)
-    return answer.job
+    return _required(port, Ping(token=0), Pong).job
 
 
 def end_job(port: Port) -> None:
@@ -131,6 +131,15 @@ def records_of(port: Port, job: int, *, start: int) -> Iterator[Record]:
             return
 
 
+def _required(port: Port, command: Message, answer: type[_Answer]) -> _Answer:
+    """Ask what a device of this protocol does not refuse."""
+    given = ask(port, command, answer)
+    if isinstance(given, Refused):
+        problem = f"the device refuses {command.WORD!r} ({given.reason})"
+        raise InputError(port.name, problem, remedy="update its firmware")
+    return given
+
+
 def _answers_to(port: Port, command: Message) -> Iterator[Message]:
     """Repeat a command and yield what arrives, until the device is given up."""
     began = port.clock()
@@ -140,14 +149,19 @@ def _answers_to(port: Port, command: Message) -> Iterator[Message]:
         if waited - sent >= _REPEAT:
             port.send(command)
             sent = waited
-        yield from port.receive()
+        for message in port.receive():
+            if isinstance(message, Record):
+                port.early.append(message)
+            else:
+                yield message
 
 
 def _records_from(port: Port, job: int) -> Iterator[list[Record]]:
     """Yield what arrives of a job until the device has lost it or is given up; a silent device is asked."""
     began = port.clock()
     while min(port.clock() - began, port.silence) < _LOST:
-        messages = list(port.receive())
+        messages = [*port.early, *port.receive()]
+        port.early.clear()
         # A device that was reset greets, or has job 0.
         if {getattr(each, "job", 0) for each in messages if isinstance(each, Hello | Pong)} - {job}:
             return

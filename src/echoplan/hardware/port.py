@@ -56,6 +56,8 @@ class Port:
         self._decoder = Decoder()
         # When the last line arrived, whole or damaged.
         self._arrived = deque([clock()], maxlen=1)
+        # Records that arrived while the answer to a command was awaited; a device sends them again if some are dropped.
+        self.early = deque[Message](maxlen=256)
 
     @property
     def silence(self) -> float:

@@ -15,11 +15,12 @@ from echoplan.hardware.messages import Echo, Record, Wheels
 from echoplan.model import Rig, Sweep
 from echoplan.model.sweep import COLDEST, HOTTEST
 
-__all__ = ["Timed", "Track", "Wheelbase", "driven", "ranges_of", "sweep_of", "timed"]
+__all__ = ["FAULTY", "NO_ECHO", "Timed", "Track", "Wheelbase", "driven", "ranges_of", "sweep_of", "timed"]
 
 # The clock of a device begins again after so many microseconds.
 _WRAP_US = 2**32
-_NO_ECHO, _FAULTY = 0, -1
+# Flights of the protocol that are no times: no echo came, or the echo pin was high before the trigger.
+NO_ECHO, FAULTY = 0, -1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,7 +46,7 @@ class Wheelbase:
     Parameters
     ----------
     tick : float
-        Way of a wheel from count to count [m].
+        Distance that a wheel rolls from count to count [m].
     width : float
         Distance between the wheels [m].
     """
@@ -90,8 +91,8 @@ def ranges_of(flights_us: ArrayLike, sensor_ids: ArrayLike, *, rig: Rig) -> Floa
     flights, sensors = np.asarray(flights_us, dtype=np.int64), rig.indices(sensor_ids)
     ranges = 0.5e-6 * flights * (rig.speed_of_sound or Air().speed_of_sound)
     ranges = np.where(ranges < rig.min_ranges[sensors], -np.inf, ranges)
-    ranges = np.where((ranges > rig.max_ranges[sensors]) | (flights == _NO_ECHO), np.inf, ranges)
-    return np.where(flights == _FAULTY, np.nan, ranges)
+    ranges = np.where((ranges > rig.max_ranges[sensors]) | (flights == NO_ECHO), np.inf, ranges)
+    return np.where(flights == FAULTY, np.nan, ranges)
 
 
 def driven(track: Track, counts: Wheels, *, wheels: Wheelbase) -> Track:

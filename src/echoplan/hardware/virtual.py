@@ -12,6 +12,7 @@ from echoplan.arrays import FloatArray, IntArray
 from echoplan.errors import InvalidValueError
 from echoplan.geometry import compose, wrap
 from echoplan.hardware.head import Board
+from echoplan.hardware.readings import FAULTY, NO_ECHO
 from echoplan.model import Rig, World
 from echoplan.simulation import SimulationSettings
 from echoplan.simulation.detector import Detector, build_detector
@@ -30,10 +31,9 @@ COUNTS_PER_METRE, WHEEL_BASE = 20_000, 0.2
 # Pulse of a common hobby servo at 0 and its change for +90 degrees [us].
 SERVO_ZERO, SERVO_GAIN = 1500, 1000
 # How fast the robot drives [m/s] and turns [rad/s], and how long it stands between the two [us]: longer than the 50 ms
-# from report to report of the wheels, so that dead reckoning knows every corner of its way.
+# from report to report of the wheels, so that dead reckoning knows each part of its route.
 _SPEED, _TURN_RATE, _PAUSE = 0.3, 1.5, 120_000
 _MOST_SENSORS = 8
-_NO_ECHO, _FAULTY = 0, -1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,19 +81,19 @@ class _Leg(NamedTuple):
 
     begin: int
     end: int
-    way: float
+    distance: float
     turn: float
 
     def until(self, clock_us: int) -> FloatArray:
         """Return the motion until a time as a pose in the frame of the leg's begin, shape (3,)."""
         share = min(max((clock_us - self.begin) / (self.end - self.begin), 0.0), 1.0)
-        return np.array([share * self.way, 0.0, share * self.turn])
+        return np.array([share * self.distance, 0.0, share * self.turn])
 
 
 class VirtualBoard(Board):
     """The board of a simulated device.
 
-    It stands at the first station, and each drive takes it to the next: a turn, a straight way and a turn.  Its servo
+    It stands at the first station, and each drive takes it to the next: a turn, a straight line and a turn.  Its servo
     is there at once: what lags in a servo is not simulated here.  Between two triggers it stands still.
 
     Parameters
@@ -142,7 +142,7 @@ class VirtualBoard(Board):
         self.settings = settings
         self.sensors = len(rig.sensors)
         self.capabilities = (*(("servo",) if rig.servo else ()), "air", "wheels", "drive")
-        self._faulty = {stuck: _FAULTY} if silent is None else {silent: _NO_ECHO, stuck: _FAULTY}
+        self._faulty = {stuck: FAULTY} if silent is None else {silent: NO_ECHO, stuck: FAULTY}
         self._rng = np.random.default_rng(seed)
         self._acoustics = _Acoustics(
             module=build_module(rig, transducer, settings),
@@ -206,7 +206,7 @@ class VirtualBoard(Board):
         self._flights[:] = [self._faulty.get(sensor, int(each)) for sensor, each in zip(sensors, flights, strict=True)]
         # A faulty sensor answers at once, and one without echo when it stops listening.
         answered = np.array(self._flights)
-        waits = np.select([answered == _FAULTY, answered > 0], [0, answered], listen_us)
+        waits = np.select([answered == FAULTY, answered > 0], [0, answered], listen_us)
         self._state["ready"] = clock + int(waits.max())
 
     def flights(self) -> list[int] | None:
@@ -220,7 +220,7 @@ class VirtualBoard(Board):
     def wheels(self) -> tuple[int, int]:
         """Return the counts of the wheels."""
         motions = sum((leg.until(self._state["clock"]) for leg in self._legs), start=np.zeros(3))
-        left, right = np.round(COUNTS_PER_METRE * (self._wheels + _ways_of_wheels(motions)))
+        left, right = np.round(COUNTS_PER_METRE * (self._wheels + _distances_of_wheels(motions)))
         return int(left), int(right)
 
     def depart(self) -> None:
@@ -241,7 +241,7 @@ class VirtualBoard(Board):
     def halt(self) -> None:
         """Stop where the robot is; the next drive goes on to the same station."""
         motions = sum((leg.until(self._state["clock"]) for leg in self._legs), start=np.zeros(3))
-        self._wheels += _ways_of_wheels(motions)
+        self._wheels += _distances_of_wheels(motions)
         self._pose[:] = self.map_from_base
         self._legs.clear()
 
@@ -253,23 +253,23 @@ def _flights_of(ranges: FloatArray, sensors: list[int], *, module: Module, liste
     shortest, longest = module.min_ranges[sensors] * per_metre, module.max_ranges[sensors] * per_metre
     flights = np.clip(np.round(ranges * per_metre), np.ceil(shortest), np.floor(longest))
     flights = np.where(ranges == -np.inf, np.round(shortest / 2), flights)
-    return np.where((ranges == np.inf) | (flights > listen_us), _NO_ECHO, flights).astype(np.int64)
+    return np.where((ranges == np.inf) | (flights > listen_us), NO_ECHO, flights).astype(np.int64)
 
 
-def _ways_of_wheels(motion: FloatArray) -> FloatArray:
-    """Return the ways of the left and the right wheel [m] when the robot drives and turns so much, shape (2,)."""
-    ways: FloatArray = motion[0] + 0.5 * WHEEL_BASE * motion[2] * np.array([-1.0, 1.0])
-    return ways
+def _distances_of_wheels(motion: FloatArray) -> FloatArray:
+    """Return how far the left and the right wheel roll [m] when the robot drives and turns so much, shape (2,)."""
+    distances: FloatArray = motion[0] + 0.5 * WHEEL_BASE * motion[2] * np.array([-1.0, 1.0])
+    return distances
 
 
 def _plan(pose: FloatArray, goal: FloatArray, *, begin: int) -> list[_Leg]:
     """Return the parts of a drive: turn, straight and turn, each followed by a pause."""
     dx, dy = goal[:2] - pose[:2]
-    way = math.hypot(dx, dy)
-    heading = math.atan2(dy, dx) if way > 0 else float(goal[2])
+    distance = math.hypot(dx, dy)
+    heading = math.atan2(dy, dx) if distance > 0 else float(goal[2])
     first, last = float(wrap(heading - pose[2])), float(wrap(goal[2] - heading))
     legs = []
-    for straight, turn in ((0.0, first), (way, 0.0), (0.0, last)):
+    for straight, turn in ((0.0, first), (distance, 0.0), (0.0, last)):
         duration = max(1, round(1e6 * max(straight / _SPEED, abs(turn) / _TURN_RATE)))
         legs.append(_Leg(begin, begin + duration, straight, turn))
         begin += duration

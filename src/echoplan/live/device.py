@@ -33,6 +33,8 @@ class DeviceFeed:
         Its sensors.
     conventions : Conventions, optional
         How its servo angles are counted.
+    sweeps : int, optional
+        Sweeps at each station.
     connect : callable, optional
         What opens the port.
 
@@ -48,11 +50,13 @@ class DeviceFeed:
         *,
         rig: Rig,
         conventions: Conventions | None = None,
+        sweeps: int = 1,
         connect: Callable[[str], Port] = open_port,
     ) -> None:
         self.name = address
         self.rig = rig
         self._conventions = conventions or Conventions()
+        self._sweeps = sweeps
         self._events: SimpleQueue[Event | None] = SimpleQueue()
         # Poses at which to sweep; None ends the work.
         self._requests: SimpleQueue[FloatArray | None] = SimpleQueue()
@@ -94,7 +98,7 @@ class DeviceFeed:
         self._pose.append(map_from_base)
 
     def sweep(self) -> None:
-        """Ask for one sweep from there."""
+        """Ask for the sweeps of one station from there."""
         self._requests.put(self._pose[0])
 
     def play(self, *, playing: bool) -> None:
@@ -137,9 +141,11 @@ class DeviceFeed:
     def _sweep(self) -> None:
         self._busy.set()
         try:
-            for sweep in self._device.sweeps(1, rig=self.rig):
+            for sweep in self._device.sweeps(self._sweeps, rig=self.rig):
                 self._pending.clear()
                 self._events.put(Complete(sweep=self._conventions.apply(sweep)))
+                if self._closed.is_set():
+                    return
         finally:
             self._busy.clear()
 

@@ -94,7 +94,7 @@ class Feed(Protocol):
         ...
 
     def sweep(self) -> None:
-        """Make one sweep from there (``Control.SWEEP``)."""
+        """Sweep from there (``Control.SWEEP``): once, or as often as the feed does at each station."""
         ...
 
     def play(self, *, playing: bool) -> None:

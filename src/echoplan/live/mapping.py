@@ -9,6 +9,7 @@ from echoplan.io import write_recording
 from echoplan.live.drawing import drawing_of
 from echoplan.live.messages import encoded
 from echoplan.live.survey import Survey
+from echoplan.live.unsaved import RECORDING
 from echoplan.mapping import EXPORTS, MapResult, map_source
 from echoplan.mapping.folder import results_folder
 from echoplan.model import FeatureMap
@@ -34,7 +35,7 @@ def write_results(survey: Survey, *, folder: Path, archive: Path) -> tuple[str, 
     result = _mapped(survey)
     exports = [each for each in EXPORTS.values() if not each.package or find_spec(each.package) is not None]
     with results_folder(folder, result, exports=exports) as draft:
-        write_recording(draft / "recording", survey.recording)
+        write_recording(draft / RECORDING, survey.recording)
         # Of the draft: the folder itself may have other files.
         shutil.make_archive(str(archive.with_suffix("")), "zip", draft)
     return tuple(name for each in exports for name in each.files)

@@ -14,7 +14,7 @@ from echoplan.live.access import LOOPBACK, Access
 from echoplan.live.feed import Feed
 from echoplan.live.live_map import LiveMap
 from echoplan.live.server import LiveServer
-from echoplan.live.unsaved import keep_sweeps
+from echoplan.live.unsaved import RECORDING, keep_sweeps
 
 __all__ = ["run_live"]
 
@@ -52,7 +52,7 @@ def run_live(
     Raises
     ------
     InputError
-        If the server cannot listen there, or the folder has unsaved sweeps of an earlier run.
+        If the server cannot listen there, or the folder has the sweeps of an earlier run.
     MissingExtraError
         If websockets is not installed.
     """
@@ -66,7 +66,7 @@ def run_live(
             mapper.shutdown(wait=False, cancel_futures=True)
             # Even after an error, what was recorded is kept.
             if out is not None and live_map.has_unsaved and len(live_map.survey):
-                write_recording(out / "recording", live_map.survey.recording)
+                write_recording(out / RECORDING, live_map.survey.recording)
 
 
 async def _run(live_map: LiveMap, *, host: str, port: int, token: str, ready: Callable[[str], None]) -> None:

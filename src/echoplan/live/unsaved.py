@@ -10,9 +10,9 @@ from echoplan.io import Recorder, format_rig
 from echoplan.live.feed import Control, Feed
 from echoplan.model import Sweep
 
-__all__ = ["UNSAVED", "keep_sweeps"]
+__all__ = ["RECORDING", "UNSAVED", "keep_sweeps"]
 
-UNSAVED = "unsaved"
+RECORDING, UNSAVED = "recording", "unsaved"
 
 
 @contextmanager
@@ -24,10 +24,13 @@ def keep_sweeps(feed: Feed, *, out: Path | None) -> Iterator[Callable[[Sweep], N
     if out is None or Control.SWEEP not in feed.controls:
         yield lambda _: None
         return
+    for name, problem in (
+        (UNSAVED, "it holds the sweeps of a run that was killed, or has not ended"),
+        (RECORDING, "it holds the sweeps of an earlier run, which this one would replace"),
+    ):
+        if (out / name).exists():
+            raise InputError(out / name, problem, remedy="choose another folder for --out, or move or delete this one")
     folder = out / UNSAVED
-    if folder.exists():
-        remedy = "move this folder to a place of your own, or delete it"
-        raise InputError(folder, "it holds the sweeps of a run that was killed, or has not ended", remedy=remedy)
     with Recorder(folder, rig=format_rig(feed.rig)) as recorder:
         yield recorder.add
     rmtree(folder, ignore_errors=True)

@@ -32,7 +32,9 @@ def test_a_silent_or_stuck_sensor_is_named_once_as_soon_as_it_is_certain(
         for number, sweep in enumerate(with_readings_of(2, value), start=1):
             progress.check(sweep, ROOM.rig)
             shown = capsys.readouterr().out
-            assert shown.startswith(f"Warning: {words}") if number == count else shown == ""
+            assert (
+                shown.startswith(f"Warning from the last {count} sweeps: {words}") if number == count else shown == ""
+            )
 
 
 def test_sound_sensors_are_not_named(capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,6 +1,7 @@
 """The driver of a device: complete sweeps, whatever the line does to its messages."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from echoplan.hardware.head import Head
 from echoplan.hardware.port import Port
 from echoplan.io import builtin_rig
 from echoplan.model import Rig, Sweep
-from helpers.devices import Line, Room, flight
+from helpers.devices import Cart, Line, Room, flight
 
 RIG = builtin_rig("rotary-array")
 
@@ -153,3 +154,26 @@ def test_the_settings_are_those_of_the_rig() -> None:
         "stop": 9000,
         "step": 100,
     }
+
+
+def wait_for(line: Line, now: float) -> None:
+    """Wait until it is so late by the clock of the host [s]."""
+    while line.now() < now:
+        pass
+
+
+def test_a_robot_is_pushed_until_somebody_says_that_it_is_there() -> None:
+    line = Line(Cart())
+    with Device("test", connect=line.connect) as device:
+        for _ in range(2):
+            began, before = line.now(), device.pose[0]
+            device.push(partial(wait_for, line, began + 2.0))
+            # A count each millisecond, of 0.1 mm.
+            assert device.pose[0] - before == pytest.approx(0.1 * (line.now() - began), abs=0.02)
+        assert device.pose[0] > 0.3
+
+
+def test_a_reset_while_a_robot_is_pushed_is_an_error() -> None:
+    line = Line(Cart(), resets=(900,))
+    with Device("test", connect=line.connect) as device, pytest.raises(InputError, match="reset while the robot moved"):
+        device.push(partial(wait_for, line, 1.8))

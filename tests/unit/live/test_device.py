@@ -1,5 +1,8 @@
 """A device on a live page: sweeps where a viewer puts it, whatever the line does."""
 
+import itertools
+import threading
+
 import numpy as np
 import pytest
 
@@ -29,6 +32,19 @@ def test_a_device_sweeps_where_it_is_put_when_it_is_asked(line: Line) -> None:
         assert len(made[-1].sweep) == 364
     feed.close()
     assert not [each for each in events if isinstance(each, Complete)]
+
+
+def test_a_device_sweeps_repeatedly_at_each_station_until_it_is_closed() -> None:
+    feed = DeviceFeed("test", rig=RIG, sweeps=60_000, connect=Line().connect)
+    events = feed.events()
+    feed.sweep()
+    made = list(itertools.islice((each for each in events if isinstance(each, Complete)), 3))
+    assert [each.sweep.index for each in made] == [0, 1, 2]
+    feed.close()
+    working = [each for each in threading.enumerate() if each.name == "echoplan device"]
+    for thread in working:
+        thread.join(20)
+    assert not any(thread.is_alive() for thread in working)
 
 
 def test_a_rig_that_does_not_fit_is_a_notice_on_the_page() -> None:

@@ -31,6 +31,13 @@ def test_after_an_error_sweeps_are_kept_and_not_mixed_with_those_of_the_next_run
         pass
 
 
+def test_the_recording_of_an_earlier_run_is_not_replaced(tmp_path: Path) -> None:
+    (tmp_path / "recording").mkdir()
+    problem = r"recording: it holds the sweeps of an earlier run, .* choose another folder"
+    with pytest.raises(InputError, match=problem), keep_sweeps(FakeFeed(), out=tmp_path):
+        pass
+
+
 @pytest.mark.parametrize("controls", [frozenset(), frozenset({Control.PAUSE})])
 def test_sweeps_of_a_recording_are_not_written_again(tmp_path: Path, controls: frozenset[Control]) -> None:
     with keep_sweeps(FakeFeed(controls), out=tmp_path) as keep:

@@ -16,7 +16,7 @@ from echoplan.io.text_logs.options import LogOptions
 
 __all__ = ["POSE_ROLES", "Layout", "recognise_layout"]
 
-# What tells two kinds of rows apart: the labels before their numbers, or how many cells they have.
+# How two kinds of rows differ: the labels before their numbers, or how many cells they have.
 Key = tuple[str, ...] | int
 
 POSE_ROLES = (Role.X, Role.Y, Role.HEADING)
@@ -216,7 +216,7 @@ def _unknown_columns(numbers: FloatArray, source: str) -> InputError:
         problem = "each line is one number; the angles are not in the log"
         return InputError(source, problem, remedy='give the first angle and the step: --angles "-90 2"')
     if width == 3 and regular[0] and np.isin(last, range(10)).mean() > 0.9 and np.ptp(last) > 2.0:
-        problem = 'lines such as "-90,59,7" have a comma between numbers and in numbers, which cannot be told apart'
+        problem = 'lines such as "-90,59,7" have a comma between numbers and in numbers, which look the same'
         return InputError(source, problem, remedy="print a decimal point, or a semicolon between numbers")
     if width > _MOST_NAMED:
         remedy = f"name them: --columns range*{width} if all are distances, -*{width - 1},range if the last is one"
