@@ -312,9 +312,10 @@ class TestInfo:
         assert document["sensors"][0]["shortest"] < document["sensors"][0]["longest"] < 3.0
 
     @pytest.mark.slow
-    def test_it_names_what_seems_to_be_wrong(self, recording: Path, tmp_path: Path) -> None:
-        assert "No mistake was found in how the recording is written." in succeed("info", recording)
-        original = read_recording(recording)
+    def test_it_names_what_seems_to_be_wrong(self, tmp_path: Path) -> None:
+        source = "sim:square,rig=hc-sr04-servo,seed=4"
+        assert "No mistake was found in how the recording is written." in succeed("info", source)
+        original = open_source(source)
         compass = tuple(map(Conventions(heading=Heading.COMPASS).undo, original))
         write_recording(tmp_path / "rec", Recording(name="compass", rig=original.rig, sweeps=compass))
         assert 'Set heading = "compass" under [conventions]' in succeed("info", tmp_path / "rec")

@@ -6,7 +6,7 @@ import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor, wait
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from itertools import count
 from typing import Self
@@ -70,11 +70,10 @@ class Device:
         self._current = deque([0], maxlen=1)
         self._ports.append(connect(address))
         self._greetings = deque[_Greeting](maxlen=1)
-        try:
+        with ExitStack() as undo:
+            undo.callback(self.close)
             job = self._greeted()
-        except BaseException:
-            self.close()
-            raise
+            undo.pop_all()
         # The last job of the device may still be going on: it is not continued.
         self._jobs = (number % 65535 + 1 for number in count(job))
 
@@ -227,7 +226,7 @@ class Device:
             for name in sorted(settings, reverse=is_stop_first):
                 if settings[name] != known[name]:
                     change_setting(port, name, value=settings[name])
-            answer = ask(port, command, Accepted)
+            answer = ask(port, command, answer=Accepted)
             if isinstance(answer, Refused):
                 problem = f"the device refuses to {command.WORD} ({answer.reason})"
                 raise InputError(self.address, problem, remedy="reset it, or update its firmware")
@@ -264,7 +263,7 @@ class Device:
             except GeneratorExit:
                 # Nobody asks for more.
                 with suppress(OSError, InputError):
-                    ask(self._ports[0], Stop(job=command.job), Accepted)
+                    ask(self._ports[0], Stop(job=command.job), answer=Accepted)
                 raise
             job = self._connect_again(reason) or _RESET
         # The wheels are counted from zero after a reset.

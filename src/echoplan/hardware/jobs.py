@@ -40,7 +40,7 @@ _SILENCE, _LOST = 0.5, 10.0
 _ACKNOWLEDGED = 8
 
 
-def ask(port: Port, command: Message, answer: type[_Answer]) -> _Answer | Refused:
+def ask(port: Port, command: Message, *, answer: type[_Answer]) -> _Answer | Refused:
     """Repeat a command until its answer arrives, or a refusal.
 
     Raises ``InputError`` if neither does, ``OSError`` if the connection is lost.
@@ -60,7 +60,7 @@ def identify(port: Port) -> Hello:
 
     Raises as ``ask`` does, and ``InputError`` if the device refuses.
     """
-    return _required(port, Identify(), Hello)
+    return _required(port, Identify(), answer=Hello)
 
 
 def current_job(port: Port) -> int:
@@ -68,7 +68,7 @@ def current_job(port: Port) -> int:
 
     Raises as ``ask`` does, and ``InputError`` if the device refuses.
     """
-    return _required(port, Ping(token=0), Pong).job
+    return _required(port, Ping(token=0), answer=Pong).job
 
 
 def end_job(port: Port) -> None:
@@ -78,7 +78,7 @@ def end_job(port: Port) -> None:
     """
     job = current_job(port)
     if job:
-        ask(port, Stop(job=job), Accepted)
+        ask(port, Stop(job=job), answer=Accepted)
 
 
 def change_setting(port: Port, name: str, *, value: int) -> None:
@@ -86,7 +86,7 @@ def change_setting(port: Port, name: str, *, value: int) -> None:
 
     Raises as ``ask`` does, and ``InputError`` if the device refuses.
     """
-    answer = ask(port, Set(name=name, value=value), Value)
+    answer = ask(port, Set(name=name, value=value), answer=Value)
     if isinstance(answer, Refused):
         problem = f"the device refuses {name} = {value} ({answer.reason})"
         remedy = "change the servo or the firing of the rig, or the limits in the firmware"
@@ -131,9 +131,9 @@ def records_of(port: Port, job: int, *, start: int) -> Iterator[Record]:
             return
 
 
-def _required(port: Port, command: Message, answer: type[_Answer]) -> _Answer:
+def _required(port: Port, command: Message, *, answer: type[_Answer]) -> _Answer:
     """Ask what a device of this protocol does not refuse."""
-    given = ask(port, command, answer)
+    given = ask(port, command, answer=answer)
     if isinstance(given, Refused):
         problem = f"the device refuses {command.WORD!r} ({given.reason})"
         raise InputError(port.name, problem, remedy="update its firmware")
