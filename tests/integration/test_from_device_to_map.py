@@ -176,9 +176,9 @@ def test_one_wrong_bit_in_a_hundred_resets_and_cuts_change_no_wall(
     monkeypatch.setattr("time.sleep", lambda _: None)
     room = Room("square", tmp_path)
     sound = map_over(Line(room.boards[0]), room, tmp_path / "sound")
-    # A read takes 2 ms: the device is reset, and the line is cut, about every two minutes.
+    # A read takes 2 ms: the device is reset, and the line is cut, every 80 seconds.
     rng = np.random.default_rng(1)
-    resets, cuts = (np.cumsum(rng.integers(20_000, 100_000, size=50)).tolist() for _ in range(2))
+    resets, cuts = (np.cumsum(rng.integers(20_000, 60_000, size=50)).tolist() for _ in range(2))
     line = Line(room.boards[0], bit_errors=0.01, resets=resets, cuts=cuts)
     spoilt = map_over(line, room, tmp_path / "spoilt")
     assert line.reads[0] > resets[1]

@@ -32,7 +32,7 @@ def test_a_map_that_no_method_checks_is_doubtful_at_best(name: str) -> None:
 
 
 def test_a_map_that_no_method_checks_has_failed_if_the_recording_is_written_otherwise() -> None:
-    sweeps = [Conventions(servo_sign=-1).undo(sweep) for sweep in sound_sweeps()]
+    sweeps = [Conventions(servo_sign=-1).undo(sweep) for sweep in sound_sweeps()[:4]]
     quality = assess(map_sweeps(METHODS["point-plot"].build(RIG), sweeps), RIG, sweeps)
     assert quality.verdict is Verdict.FAILED
     assert quality.reasons[0].startswith("The servo seems to turn clockwise: ")
@@ -62,7 +62,10 @@ def test_a_map_for_which_the_servo_was_calibrated_is_good(gain: float, degrees: 
 @pytest.mark.parametrize(("gain", "degrees"), ASKEW)
 def test_a_servo_that_joint_calibrates_is_no_mistake(gain: float, degrees: float) -> None:
     assert examine(RIG, misaligned_sweeps(gain, degrees)).reasons == ()
-    assert find_remedies(misaligned_sweeps(gain, degrees), RIG, conventions=Conventions()) == ()
+
+
+def test_no_remedy_is_proposed_for_a_servo_that_joint_calibrates() -> None:
+    assert find_remedies(misaligned_sweeps(1.08, -4.0), RIG, conventions=Conventions()) == ()
 
 
 def test_features_without_a_count_of_stations_do_not_make_a_map_doubtful() -> None:
@@ -71,7 +74,7 @@ def test_features_without_a_count_of_stations_do_not_make_a_map_doubtful() -> No
 
 
 def test_a_map_from_a_servo_that_turns_clockwise_has_failed_and_says_why() -> None:
-    sweeps = [Conventions(servo_sign=-1).undo(sweep) for sweep in sound_sweeps()]
+    sweeps = [Conventions(servo_sign=-1).undo(sweep) for sweep in sound_sweeps()[:4]]
     quality = assess(map_sweeps(JointMapper(RIG), sweeps), RIG, sweeps)
     assert quality.verdict is Verdict.FAILED
     assert quality.reasons[0].startswith("The servo seems to turn clockwise: ")

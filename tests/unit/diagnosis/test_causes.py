@@ -27,7 +27,7 @@ MISTAKES = {
 @pytest.mark.parametrize("name", MISTAKES)
 def test_a_mistake_is_found_with_its_remedy(name: str) -> None:
     cause, conventions = MISTAKES[name]
-    best = find_remedies([conventions.undo(sweep) for sweep in sound_sweeps()], RIG, conventions=NOW)[0]
+    best = find_remedies([conventions.undo(sweep) for sweep in sound_sweeps()[:4]], RIG, conventions=NOW)[0]
     assert best.cause is cause
     assert best.conventions == conventions
     assert best.share > 0.9 > best.share_before
@@ -35,17 +35,17 @@ def test_a_mistake_is_found_with_its_remedy(name: str) -> None:
 
 def test_a_sensor_that_looks_backwards_is_found() -> None:
     backwards = replace(RIG, sensors=(RIG.sensors[0], replace(RIG.sensors[1], yaw=-math.pi / 2)))
-    best = find_remedies(sound_sweeps(), backwards, conventions=NOW)[0]
+    best = find_remedies(sound_sweeps()[:4], backwards, conventions=NOW)[0]
     assert (best.cause, best.sensor_id) == (Cause.SENSOR, 1)
     assert best.yaw == pytest.approx(math.pi / 2)
 
 
 def test_nothing_is_found_in_a_sound_recording() -> None:
-    assert find_remedies(sound_sweeps(), RIG, conventions=NOW) == ()
+    assert find_remedies(sound_sweeps()[:4], RIG, conventions=NOW) == ()
 
 
 def test_no_mistake_is_found_where_all_places_are_nearly_one() -> None:
-    mirrored = [Conventions(servo_sign=-1).undo(sweep) for sweep in sound_sweeps()]
+    mirrored = [Conventions(servo_sign=-1).undo(sweep) for sweep in sound_sweeps()[:4]]
     near = [replace(sweep, map_from_base=sweep.map_from_base * np.array([0.01, 0.01, 1.0])) for sweep in mirrored]
     assert find_remedies(near, RIG, conventions=NOW) == ()
 
@@ -53,5 +53,5 @@ def test_no_mistake_is_found_where_all_places_are_nearly_one() -> None:
 def test_a_wrong_convention_is_taken_back() -> None:
     wrong = Conventions(servo_sign=-1, range_unit=0.01)
     right = Conventions(range_unit=0.01)
-    read = [wrong.apply(right.undo(sweep)) for sweep in sound_sweeps()]
+    read = [wrong.apply(right.undo(sweep)) for sweep in sound_sweeps()[:4]]
     assert find_remedies(read, RIG, conventions=wrong)[0].conventions == right
