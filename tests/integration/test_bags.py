@@ -59,7 +59,6 @@ def test_the_rig_of_a_bag_is_that_of_its_csv(pair: tuple[Source, Recording]) -> 
         assert limits == pytest.approx((other.half_aperture, other.min_range, other.max_range, other.resolution))
 
 
-@pytest.mark.slow
 def test_the_map_of_a_bag_is_that_of_its_csv(pair: tuple[Source, Recording]) -> None:
     maps = [map_sweeps(METHODS["joint"].build(source.rig), source) for source in pair]
     lines = [np.array(sorted((wall.normal_angle, wall.offset) for wall in each.walls)) for each in maps]

@@ -16,7 +16,6 @@ from helpers.typed import echoplan
 from library.fleet import METHOD, write_fleet
 
 # Every test starts processes that import echoplan.
-pytestmark = pytest.mark.slow
 
 COUNT = 10
 

@@ -120,7 +120,6 @@ def run_with_simulated_device(words: list[str], others: list[list[str]]) -> str:
     return printed
 
 
-@pytest.mark.slow
 def test_the_commands_of_the_page_run_and_print_what_it_shows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     (typed,) = [

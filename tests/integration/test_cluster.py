@@ -15,7 +15,6 @@ from library.fleet import METHOD, write_fleet
 
 pytest.importorskip("distributed", reason="the extra cluster is not installed")
 # Every test starts processes that import echoplan and distributed.
-pytestmark = pytest.mark.slow
 
 COUNT = 8
 PATIENCE = 180.0  # for processes to start on a busy machine [s]

@@ -94,7 +94,6 @@ class TestSimulate:
             "simulate", "square", "--out", tmp_path / "rec"
         )
 
-    @pytest.mark.slow
     def test_another_process_gives_the_same_bytes_for_the_same_seed_and_others_for_another(
         self, recording: Path, tmp_path: Path
     ) -> None:
@@ -184,7 +183,6 @@ class TestMap:
             )
         assert "Why landmarks are in the map or not" in (tmp_path / "map" / "report.html").read_text(encoding="utf-8")
 
-    @pytest.mark.slow
     def test_a_failed_map_is_written_with_the_remedy_that_makes_it_good(self, tmp_path: Path) -> None:
         # One sensor: with four, as in the tests of the assessment, a map without any explanation takes long.
         original = open_source("sim:square,rig=hc-sr04-servo,seed=4")
@@ -311,7 +309,6 @@ class TestInfo:
         assert [sensor["pings"] for sensor in document["sensors"]] == [455] * 4
         assert document["sensors"][0]["shortest"] < document["sensors"][0]["longest"] < 3.0
 
-    @pytest.mark.slow
     def test_it_names_what_seems_to_be_wrong(self, tmp_path: Path) -> None:
         source = "sim:square,rig=hc-sr04-servo,seed=4"
         assert "No mistake was found in how the recording is written." in succeed("info", source)

@@ -11,7 +11,6 @@ import pytest
 from helpers.typed import echoplan, succeed
 
 # Every test maps a room or more by the command line.
-pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")

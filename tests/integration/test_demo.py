@@ -10,7 +10,6 @@ import pytest
 from echoplan.io import read_map, read_recording, read_truth
 
 # Every test maps a room or more by the command line.
-pytestmark = pytest.mark.slow
 
 FIGURES = ("02-ranges", "05-fit", "07-memberships", "10-filter", "11-clusters", "12-classes", "13-map")
 

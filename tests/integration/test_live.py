@@ -22,7 +22,6 @@ CHROMIUM = shutil.which("chromium")
 sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed (group browser)")
 pytest.importorskip("websockets", reason="websockets is not installed (extra view)")
 pytestmark = [
-    pytest.mark.slow,
     pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed (Debian package chromium)"),
 ]
 STATIONS = 5
@@ -91,6 +90,12 @@ def until(page: Any, condition: str) -> None:
         page.wait_for_timeout(100)
 
 
+def rest(page: Any) -> None:
+    """Wait until the map shows all sweeps: before, a new one may move the view while the mouse is on its way."""
+    sweeps = "news.stations.stations.reduce((sum, each) => sum + each.sweeps, 0)"
+    until(page, f"!gliding && !news.frame.mapping && news.mapper.sweeps === {sweeps}")
+
+
 def count(page: Any) -> int:
     found: int = page.locator(".station").count()
     return found
@@ -111,6 +116,7 @@ def test_the_map_has_four_walls_and_a_verdict(page: Any) -> None:
 
 def drag(page: Any, what: str, *, right: float, up: float) -> list[float]:
     """Drag something on the map by so many pixels; return by how many metres that is."""
+    rest(page)
     box = page.locator(what).bounding_box()
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
     page.mouse.move(x, y)
@@ -201,6 +207,7 @@ def test_on_a_phone_a_station_is_dragged_once_it_is_chosen(page: Any, live: Live
     start = phone.evaluate("news.stations.stations[2].pose")
     seen = []
     for _ in range(2):
+        rest(phone)
         box = phone.locator("#station-2 .ring").bounding_box()
         x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
         for kind, shift in (("touchStart", 0), *(("touchMove", 4 * step) for step in range(1, 6)), ("touchEnd", None)):

@@ -66,7 +66,6 @@ def test_mrpt_reads_the_cells_of_the_map(tmp_path: Path) -> None:
     assert np.array_equal(cells, trinary(grid))
 
 
-@pytest.mark.slow
 def test_a_robot_finds_its_way_through_the_doors_of_a_flat_and_none_out_of_it() -> None:
     flat = open_source("sim:two-room-flat,seed=1")
     assert isinstance(flat, Simulation)

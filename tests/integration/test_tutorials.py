@@ -43,7 +43,6 @@ def commands(content: str) -> list[list[str]]:
     return [words for line in content.splitlines() if (words := shlex.split(line, comments=True))]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES)
 def test_the_commands_and_programs_of_a_page_run_and_print_what_it_shows(page: str, folder: Path) -> None:
     printed = (folder / "log.txt").read_text(encoding="utf-8")

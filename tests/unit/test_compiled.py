@@ -9,6 +9,8 @@ import pytest
 from echoplan import compiled as module
 from echoplan.compiled import compiled
 
+pytestmark = pytest.mark.slow
+
 
 @compiled
 def halves(x: float) -> float:

@@ -7,6 +7,8 @@ from echoplan.geometry import directions
 from echoplan.model import CornerKind
 from helpers import scenes
 
+pytestmark = pytest.mark.slow
+
 STATIONS = [(0.6, 0.5), (1.4, 0.7), (1.0, 1.2), (0.7, 1.4)]
 BEARINGS = np.radians(np.arange(360) - 45.0)
 

@@ -14,6 +14,8 @@ from echoplan.cli.app import app
 from echoplan.cli.main import main
 from echoplan.errors import EchoplanError, InputError, OutputError, UnknownNameError
 
+pytestmark = pytest.mark.slow
+
 FAULTS: dict[str, tuple[EchoplanError, str]] = {
     "input": (InputError("rig.toml", "it is empty", remedy="fill it"), "rig.toml: it is empty; fill it"),
     "output": (

@@ -13,6 +13,8 @@ from echoplan.model import Conventions, FeatureMap, Verdict, Wall
 from echoplan.preprocessing import Faults, RecordingFault, RecordingFaultKind
 from helpers.mistaken import RIG, many_sweeps, misaligned_sweeps, sound_map, sound_sweeps
 
+pytestmark = pytest.mark.slow
+
 TWO_PLACES = Faults(recording=(RecordingFault(kind=RecordingFaultKind.TWO_PLACES),))
 SOUND = Measures(share=0.98, confirmed=0.9, features=8)
 

@@ -10,6 +10,8 @@ from echoplan.diagnosis import Cause, find_remedies
 from echoplan.model import Axes, Conventions, Heading
 from helpers.mistaken import RIG, sound_sweeps
 
+pytestmark = pytest.mark.slow
+
 NOW = Conventions()
 MISTAKES = {
     "servo clockwise": (Cause.SERVO, Conventions(servo_sign=-1)),

@@ -8,6 +8,8 @@ import pytest
 import echoplan
 from echoplan.diagnosis.consistency import Consistency
 
+pytestmark = pytest.mark.slow
+
 
 def of_sensors(*counts: tuple[int, int]) -> Consistency:
     """Explained and grouped independent echoes, sensor by sensor."""
@@ -32,7 +34,6 @@ def test_nothing_detected_and_a_single_sensor_are_not_odd() -> None:
     assert not of_sensors((1, 20)).has_odd_sensor
 
 
-@pytest.mark.slow
 def test_one_backward_sensor_of_a_ring_is_named_although_most_echoes_fit() -> None:
     recording = echoplan.simulate("two-room-flat", rig="ring-16", seed=3)
     sensors = list(recording.rig.sensors)

@@ -10,6 +10,8 @@ from echoplan.diagnosis import misplaced_stations
 from echoplan.model import Sweep
 from helpers.mistaken import RIG, many_sweeps, sound_sweeps
 
+pytestmark = pytest.mark.slow
+
 
 def moved(sweep: Sweep, x: float, turn: float) -> Sweep:
     return replace(sweep, map_from_base=sweep.map_from_base + np.array([x, 0.0, turn]))

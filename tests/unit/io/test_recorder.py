@@ -16,6 +16,8 @@ from echoplan.errors import InputError, OutputError
 from echoplan.io import Recorder, builtin_rig, format_rig, read_recording, write_recording
 from echoplan.model import Recording, Sweep
 
+pytestmark = pytest.mark.slow
+
 RIG = format_rig(builtin_rig("rotary-array"))
 
 

@@ -14,6 +14,8 @@ from echoplan.io import written_whole
 from echoplan.io.scratch import locked
 from helpers import killed
 
+pytestmark = pytest.mark.slow
+
 OLD = {"map.json": "old", "run.toml": "old", "pictures/map.png": "old", "map.pgm": "old"}
 NEW = {"map.json": "new", "run.toml": "new", "pictures/map.png": "new"}
 FOREIGN = {"notes.txt": "mine", "pictures/mine.png": "mine", "more/deep/notes.txt": "mine"}

@@ -13,6 +13,8 @@ from echoplan.model import Sweep
 from echoplan.simulation import Simulation, SimulationSettings
 from echoplan.sources import find_rig, find_route, find_world
 
+pytestmark = pytest.mark.slow
+
 RIG = find_rig("rotary-array")
 SQUARE = find_world("square")
 

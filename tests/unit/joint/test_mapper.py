@@ -20,6 +20,8 @@ from echoplan.sources import find_rig, find_route, find_world
 from helpers import simulated_worlds
 from library.rooms import random_simulation
 
+pytestmark = pytest.mark.slow
+
 # East, north, west and south wall of the square: normal angles and offsets.
 SQUARE = np.array([[0.0, 2.0], [np.pi / 2, 2.5], [np.pi, 1.0], [-np.pi / 2, 0.5]])
 VERTICES = np.array([[x, y] for x in (-1.0, 2.0) for y in (-0.5, 2.5)])

@@ -16,6 +16,8 @@ from echoplan.simulation import Simulation
 from echoplan.sources import find_rig, find_route, find_world
 from library import ray_cones
 
+pytestmark = pytest.mark.slow
+
 HALF_ANGLE = np.radians(15.0)
 
 

@@ -25,6 +25,8 @@ from echoplan.preprocessing.measurements import join_measurements, measurements_
 from echoplan.simulation import Simulation
 from echoplan.sources import find_rig, find_route, find_world
 
+pytestmark = pytest.mark.slow
+
 RIG = find_rig("rotary-array")
 SETTINGS = EstimateSettings(poses=PoseMode.TRUST)
 

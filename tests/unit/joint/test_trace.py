@@ -12,6 +12,8 @@ from echoplan.joint.trace import Decision, Event, Reason, collect_events
 from echoplan.model import FeatureMap
 from library.rooms import random_simulation
 
+pytestmark = pytest.mark.slow
+
 
 @cache
 def mapped() -> tuple[FeatureMap, tuple[Event, ...]]:

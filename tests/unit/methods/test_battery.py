@@ -12,6 +12,8 @@ from echoplan.simulation import Simulation
 from helpers import simulated_worlds
 from helpers.cell import CELL
 
+pytestmark = pytest.mark.slow
+
 POSES = [[0.5, 0.5, 0.0], [1.0, 0.6, 0.5], [0.7, 1.2, 1.0], [1.4, 1.3, 1.5]]
 
 

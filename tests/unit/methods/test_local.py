@@ -13,6 +13,8 @@ from echoplan.simulation import Simulation
 from helpers import simulated_worlds
 from helpers.cell import CELL
 
+pytestmark = pytest.mark.slow
+
 # Multiples of 2^-6 m, so that positions far away are exact and a shifted recording is the same recording.
 POSES = np.array([[0.5, 0.5, 0.0], [1.0, 0.625, 0.5], [0.75, 1.25, 1.0], [1.375, 1.25, 1.5]])
 # A place in UTM coordinates [m].

@@ -21,6 +21,8 @@ from echoplan.simulation.echoes import find_echoes
 from helpers import simulated_worlds
 from helpers.twin import FLOOR, Twin
 
+pytestmark = pytest.mark.slow
+
 AIR = Air()
 HALF = 0.5 * np.pi
 

@@ -17,6 +17,8 @@ from echoplan.model import Pings, Polyline, Rig, Route, Sensor, Transducer, Worl
 from echoplan.simulation import OdometryNoise, Simulation, SimulationSettings
 from helpers import simulated_worlds
 
+pytestmark = pytest.mark.slow
+
 SECOND = 1_000_000_000
 POSES = [[0.9, 1.5, 0.3], [3.6, 1.9, 2.0], [2.3, 0.8, -1.2]]
 # The air in which G. Dyrkacz measured HC-SR04: https://github.com/GaryDyr/HC-SR04-beam-tests

@@ -24,6 +24,8 @@ from echoplan.joint.optimisation.pose_factors import (
     waypoint_prior,
 )
 
+pytestmark = pytest.mark.slow
+
 SETTINGS = OdometryNoiseSettings()
 STEPS = 200
 KNOWN = np.zeros((3 * STEPS + 3, 3 * STEPS + 3))

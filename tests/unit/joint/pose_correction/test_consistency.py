@@ -29,6 +29,8 @@ from echoplan.model import Odometry, Polyline, Route, World
 from echoplan.preprocessing.measurements import Measurements, join_measurements, measurements_of
 from echoplan.simulation import OdometryNoise, Simulation, SimulationSettings
 
+pytestmark = pytest.mark.slow
+
 RIG = builtin_rig("rotary-array")
 WAY = np.array([[0.0, 0.0, 0.0], [0.6, 0.0, 0.4], [1.0, 0.4, 1.2], [1.1, 1.0, 1.8], [0.7, 1.5, 2.8], [0.1, 1.4, -2.2]])
 LOST = OdometryNoise(along=0.03, yaw_per_metre=np.radians(3.0))

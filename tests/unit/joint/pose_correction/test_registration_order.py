@@ -20,6 +20,8 @@ from echoplan.model import Route
 from echoplan.preprocessing.measurements import join_measurements, measurements_of
 from echoplan.simulation import Simulation
 
+pytestmark = pytest.mark.slow
+
 # An order in which neighbouring places are not consecutive.
 WAY = np.array(
     [

@@ -24,6 +24,8 @@ from echoplan.model import Pillar, Polyline, Route, World
 from echoplan.preprocessing.measurements import Measurements, join_measurements, measurements_of
 from echoplan.simulation import OdometryNoise, Simulation, SimulationSettings
 
+pytestmark = pytest.mark.slow
+
 HALL = World(
     name="hall",
     polylines=(Polyline(points_xy=np.array([[0.0, 0.0], [9.0, 0.0], [9.0, 3.0], [0.0, 3.0]]), closed=True),),

@@ -13,6 +13,8 @@ from echoplan.simulation import Simulation
 from echoplan.sources import find_rig
 from helpers.expectations import corner, cylinder, likelihood, listening, pings_of, rescored, wall
 
+pytestmark = pytest.mark.slow
+
 STEP = np.radians(3.0)
 NORTH = wall(np.pi / 2, 1.0)
 # A row of stations along the wall; they detect landmarks beyond it where the wall returns no echo.
