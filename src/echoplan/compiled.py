@@ -71,11 +71,11 @@ def cache_folders() -> frozenset[Path]:
 
 @cache
 def _log_once() -> None:
-    logging.getLogger("echoplan").info("Compiling, once after each installation: up to a minute.")
+    logging.getLogger("echoplan").info("Compiling, once after each installation: one to two minutes.")
 
 
 class _Notice(event.Listener):
-    """Logs when the first function is compiled, since compiling takes up to a minute."""
+    """Logs when the first function is compiled, since compiling takes one to two minutes."""
 
     def on_start(self, event: Any) -> None:  # noqa: ARG002 - numba says what is compiled
         """Log it once."""

@@ -108,7 +108,7 @@ def _cache() -> "Iterator[Check]":
         return  # reported with the packages
     folders = cache_folders()
     if not folders:
-        yield Check(name=name, found="nowhere: it is compiled in each run, for a minute", remedy=remedy)
+        yield Check(name=name, found="nowhere: it is compiled in each run, for minutes", remedy=remedy)
         return
     root = os.path.commonpath(folders)
     size = sum(file.stat().st_size for file in Path(root).rglob("*.nb[ci]")) / 1e6
