@@ -1,26 +1,33 @@
-"""Functions compiled to machine code, kept on the disk and renewed when any of echoplan's code changes.
+"""Functions compiled to machine code, kept on the disk and renewed when they or what they use changes.
 
 Importing this module imports numba, which takes its time: import what uses it where it is used.
 """
 
+import hashlib
 import logging
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
+from enum import Enum
 from functools import cache
+from itertools import chain
 from pathlib import Path
 from pickle import UnpicklingError
-from typing import Any, ParamSpec, TypeVar
+from types import CodeType, FunctionType, ModuleType
+from typing import Any, Final, ParamSpec, TypeGuard, TypeVar
 
 import numba
+import numpy as np
 from numba.core import event
 from numba.core.caching import FunctionCache
 
-__all__ = ["cache_folders", "compiled"]
+__all__ = ["cache_folders", "compiled", "digest_of"]
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
+# A division by zero gives what NumPy gives.
+_ERROR_MODEL: Final = "numpy"
 # What opening a file says, and pickle of one that was cut off or overwritten.
 _UNREADABLE = (OSError, EOFError, UnpicklingError, AttributeError, ImportError, LookupError, TypeError, ValueError)
 
@@ -29,8 +36,8 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a function once and for all.
 
     numba keeps machine code beside the file of a function and renews it when that file changes.  It does not see
-    that a function in another file, whose code was built into this one, has changed; so the state of the whole
-    package is made part of the key.
+    that a function in another file, whose code was built into this one, has changed; so all that the code of a
+    function uses is made part of the key.
 
     Parameters
     ----------
@@ -52,12 +59,12 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
     >>> compiled(lambda x: 1.0 / x)(0.0)
     inf
     """
-    fast: Any = numba.njit(error_model="numpy")(function)
+    fast: Any = numba.njit(error_model=_ERROR_MODEL)(function)
     if function.__name__.isidentifier():
         # Without a folder that may be written to, numba says RuntimeError, and machine code is kept in memory only.
         with suppress(RuntimeError):
             # numba's own way in, njit(cache=True), cannot take another cache.
-            fast._cache = _PackageCache(function)  # type: ignore[no-untyped-call]  # noqa: SLF001
+            fast._cache = _DependencyCache(function)  # noqa: SLF001
     kept: Callable[P, R] = fast
     return kept
 
@@ -66,7 +73,7 @@ def cache_folders() -> frozenset[Path]:
     """Return the folders that keep the machine code of the modules imported so far; none if none can be written to."""
     modules = [module for name, module in sys.modules.items() if name.startswith("echoplan.")]
     caches = (getattr(value, "_cache", None) for module in modules for value in vars(module).values())
-    return frozenset(Path(each.cache_path) for each in caches if isinstance(each, _PackageCache))
+    return frozenset(Path(each.cache_path) for each in caches if isinstance(each, _DependencyCache))
 
 
 @cache
@@ -88,12 +95,17 @@ class _Notice(event.Listener):
 event.register("numba:compile", _Notice())  # type: ignore[no-untyped-call]
 
 
-class _PackageCache(FunctionCache):
-    """numba's cache of a function, with the state of the package in the key; it may be damaged, or the disk full."""
+class _DependencyCache(FunctionCache):
+    """numba's cache of a function, with all that its code uses in the key; it may be damaged, or the disk full."""
+
+    def __init__(self, function: Any) -> None:
+        super().__init__(function)  # type: ignore[no-untyped-call]
+        self._function = function
 
     def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
         key: tuple[Any, ...] = super()._index_key(sig, codegen)  # type: ignore[no-untyped-call]
-        return (*key, _state_of_package())
+        fields = tuple(_fields_of(each) for each in sig)
+        return (*key, fields, digest_of(self._function))
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Load machine code; nothing if what is kept cannot be read, and then that goes."""
@@ -110,7 +122,63 @@ class _PackageCache(FunctionCache):
             super().save_overload(sig, data)  # type: ignore[no-untyped-call]
 
 
+def digest_of(function: FunctionType) -> str:
+    """Return a digest of a function and all that becomes part of its machine code: functions, constants, classes."""
+    parts, waiting = dict[FunctionType, str](), [function]
+    while waiting:
+        each = waiting.pop()
+        if each not in parts:
+            parts[each], used = _written(each)
+            waiting += used
+    return hashlib.sha256("".join([_ERROR_MODEL, *sorted(parts.values())]).encode()).hexdigest()
+
+
 @cache
-def _state_of_package() -> tuple[int, int]:
-    files = [path.stat() for path in Path(__file__).parent.rglob("*.py")]
-    return max(file.st_mtime_ns for file in files), sum(file.st_size for file in files)
+def _written(function: FunctionType) -> tuple[str, tuple[FunctionType, ...]]:
+    """Write what of a function itself becomes part of machine code; return with it the functions that it uses."""
+    codes = list(_codes(function.__code__))
+    names = list(chain.from_iterable(code.co_names for code in codes))
+    used = [*_named(names, function), *chain.from_iterable(code.co_consts for code in codes)]
+    used += [*(function.__defaults__ or ()), *(cell.cell_contents for cell in function.__closure__ or ())]
+    # Of a compiled function, what Python would run.
+    values = [getattr(each, "py_func", each) for each in used]
+    parts = [function.__qualname__, [code.co_code for code in codes], names, list(map(_constant, values))]
+    return repr(parts), tuple(filter(_is_function, values))
+
+
+def _is_function(value: Any) -> TypeGuard[FunctionType]:
+    return isinstance(value, FunctionType)
+
+
+def _codes(code: CodeType) -> Iterator[CodeType]:
+    """Yield the code of a function, and that of the functions and comprehensions in it."""
+    yield code
+    for each in code.co_consts:
+        if isinstance(each, CodeType):
+            yield from _codes(each)
+
+
+def _named(names: list[str], function: FunctionType) -> list[Any]:
+    """Return what the global names in a function stand for, and those of modules of echoplan."""
+    known = dict(function.__globals__)
+    for value in [known.get(name) for name in names]:
+        if isinstance(value, ModuleType) and value.__name__.startswith("echoplan."):
+            known |= vars(value)
+    return [known[name] for name in names if name in known]
+
+
+def _constant(value: Any) -> str:
+    """Write what of a value becomes part of machine code; functions and code are written by themselves."""
+    if isinstance(value, FunctionType | CodeType | ModuleType):
+        return ""
+    if isinstance(value, type) and issubclass(value, Enum):
+        return repr([(each.name, each.value) for each in value])
+    if isinstance(value, type):
+        return f"{value.__qualname__}{getattr(value, '_fields', '')}"
+    return f"{value.dtype}{value.tolist()}" if isinstance(value, np.ndarray) else repr(value)
+
+
+def _fields_of(argument: Any) -> Any:
+    """Return the names of the fields of named tuples among the types of arguments: their order is not in the types."""
+    parts = tuple(_fields_of(each) for each in getattr(argument, "types", ()))
+    return (getattr(argument, "fields", ()), parts) if parts else ()

@@ -1,8 +1,12 @@
 import os
 import subprocess
 import sys
+from collections import namedtuple
+from enum import IntEnum
 from pathlib import Path
+from typing import Any
 
+import numba
 import numpy as np
 import pytest
 
@@ -38,17 +42,52 @@ def test_that_it_compiles_is_logged_once(caplog: pytest.LogCaptureFixture) -> No
     assert [record.message[:9] for record in caplog.records] == ["Compiling"]
 
 
-def test_the_machine_code_is_kept_and_renewed_when_any_file_of_the_package_changes(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    state = module._state_of_package.__wrapped__
-    (tmp_path / "compiled.py").write_text("")
-    (tmp_path / "other.py").write_text("a = 1\n")
-    monkeypatch.setattr(module, "__file__", str(tmp_path / "compiled.py"))
-    before = state()
-    assert state() == before
-    (tmp_path / "other.py").write_text("a = 12\n")
-    assert state() != before
+PARTS = {
+    "unused": "UNUSED = 1",
+    "constant": "SCALE = 2.0",
+    "field": "Pair = namedtuple('Pair', 'a b')",
+    "member": "Kind = IntEnum('Kind', 'WALL POST')",
+    "callee": "def inner(x):\n    return x + 1.0",
+    "default": "def outer(x, a=0.0):\n    return [SCALE * inner(each) + Pair(1.0, a).a + Kind.WALL for each in x]",
+}
+
+
+def digest(**changed: str) -> str:
+    """The digest of a function of which some parts are changed."""
+    names: dict[str, Any] = {"namedtuple": namedtuple, "IntEnum": IntEnum}
+    for name, code in PARTS.items():
+        old, new = changed.get(name, "nothing = nothing").split(" = ")
+        exec(code.replace(old, new), names)
+        if name == "callee":
+            names["inner"] = compiled(names["inner"])
+    return module.digest_of(names["outer"])
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"constant": "2.0 = 3.0"},
+        {"field": "a b = b a"},
+        {"member": "WALL POST = POST WALL"},
+        {"callee": "x + = x - "},
+        {"default": "0.0 = 1.0"},
+    ],
+    ids=str,
+)
+def test_a_change_of_what_the_code_uses_changes_its_digest(changed: dict[str, str]) -> None:
+    assert digest(**changed) != digest()
+
+
+def test_a_change_of_anything_else_does_not() -> None:
+    assert digest(unused="1 = 2") == digest()
+
+
+def test_the_order_of_the_fields_of_an_argument_is_in_the_key() -> None:
+    named: Any = namedtuple
+    values = [named("Pair", "a b")(1.0, 2.0), named("Pair", "b a")(1.0, 2.0), 1.0]
+    one, other, number = (module._fields_of(numba.typeof(each)) for each in values)  # type: ignore[no-untyped-call]
+    assert one != other
+    assert number == ()
 
 
 WORK = """
