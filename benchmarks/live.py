@@ -13,7 +13,6 @@ import json
 import os
 import platform
 import re
-import signal
 import subprocess
 import sys
 import tempfile
@@ -64,7 +63,7 @@ def started(*command: str, shows: str) -> Iterator[tuple[subprocess.Popen[str], 
             assert found, f"echoplan {command[0]} did not start"
             yield process, found[1]
         finally:
-            process.send_signal(signal.SIGINT)
+            process.terminate()
 
 
 def sweeps_at_each_station(seconds: float) -> int:

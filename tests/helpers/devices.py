@@ -101,5 +101,10 @@ class Cart(Room):
     capabilities = ("servo", "wheels")
     tick, base = 100, 2000
 
+    def __init__(self, count: int = 0) -> None:
+        super().__init__()
+        self.state["count"] = count
+
     def wheels(self) -> tuple[int, int]:
-        return (self.state["now"] // 1000, self.state["now"] // 1000)
+        count = self.state["count"] + self.state["now"] // 1000
+        return (count, count)

@@ -67,7 +67,8 @@ class Device:
         self._ports = deque[Port](maxlen=1)
         self._tracks = deque([Track(pose=identity())], maxlen=1)
         self._stamps_ns = deque([0], maxlen=1)
-        self._current = deque([0], maxlen=1)
+        # The jobs that were last asked for and accepted.
+        self._current, self._accepted = deque([0], maxlen=1), deque([-1], maxlen=1)
         self._ports.append(connect(address))
         self._greetings = deque[_Greeting](maxlen=1)
         with ExitStack() as undo:
@@ -161,16 +162,16 @@ class Device:
             If the device is reset on the way, so that the pose is unknown.
         """
         counts = set[tuple[int, int]]()
-        record: Record | None = None
-        while not isinstance(record, Done):
-            if record:
-                remedy = "place the robot by hand and continue with --append"
-                raise InputError(self.address, "the device was reset while the robot moved", remedy=remedy)
-            for each in self._job(Move(job=next(self._jobs)), {}):
-                record = each.record
-                if isinstance(record, Wheels):
-                    counts.add((record.left, record.right))
-        return len(counts) > 1
+        job = 0
+        while job != self._accepted[0]:
+            job = next(self._jobs)
+            for each in self._job(Move(job=job), {}):
+                if isinstance(each.record, Wheels):
+                    counts.add((each.record.left, each.record.right))
+                if isinstance(each.record, Done):
+                    return len(counts) > 1
+        remedy = "place the robot by hand and continue with --append"
+        raise InputError(self.address, "the device was reset while the robot moved", remedy=remedy)
 
     def push(self, until: Callable[[], None]) -> None:
         """Measure by the wheels where the robot is pushed, until a call returns.
@@ -219,7 +220,8 @@ class Device:
         """Begin a job with some settings; False if the device was reset meanwhile and lost them."""
         port = self._ports[0]
         if not is_begun:
-            end_job(port)
+            if end_job(port) == 0:
+                self._forget_counts()
             known = settings_of(port, *settings)
             # A device refuses a start that is not before its stop: which of the two goes first depends on both.
             is_stop_first = "stop" in known and settings["stop"] > known["start"]
@@ -230,6 +232,7 @@ class Device:
             if isinstance(answer, Refused):
                 problem = f"the device refuses to {command.WORD} ({answer.reason})"
                 raise InputError(self.address, problem, remedy="reset it, or update its firmware")
+            self._accepted.append(command.job)
         return settings_of(port, *settings) == settings
 
     def _job(self, command: Sweeps | Move, settings: Mapping[str, int]) -> Iterator[Timed]:
@@ -266,7 +269,10 @@ class Device:
                     ask(self._ports[0], Stop(job=command.job), answer=Accepted)
                 raise
             job = self._connect_again(reason) or _RESET
-        # The wheels are counted from zero after a reset.
+        self._forget_counts()
+
+    def _forget_counts(self) -> None:
+        """Forget the counts of the wheels, which begin at zero after a reset."""
         self._tracks.append(replace(self._tracks[0], counts=None))
 
     def _connect_again(self, reason: Exception | None) -> int:

@@ -71,14 +71,15 @@ def current_job(port: Port) -> int:
     return _required(port, Ping(token=0), answer=Pong).job
 
 
-def end_job(port: Port) -> None:
-    """End the job of an earlier host or connection; settings cannot be changed while it goes on.
+def end_job(port: Port) -> int:
+    """End the job of an earlier host or connection, during which no setting can be changed; 0: there is none.
 
     Raises as ``ask`` does.
     """
     job = current_job(port)
     if job:
         ask(port, Stop(job=job), answer=Accepted)
+    return job
 
 
 def change_setting(port: Port, name: str, *, value: int) -> None:

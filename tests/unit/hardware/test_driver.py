@@ -177,3 +177,14 @@ def test_a_reset_while_a_robot_is_pushed_is_an_error() -> None:
     line = Line(Cart(), resets=(900,))
     with Device("test", connect=line.connect) as device, pytest.raises(InputError, match="reset while the robot moved"):
         device.push(partial(wait_for, line, 1.8))
+
+
+def test_a_reset_between_two_jobs_does_not_move_the_robot() -> None:
+    line = Line(Cart())
+    with Device("test", connect=line.connect) as device:
+        next(iter(device.sweeps(1, rig=RIG)))
+        before = device.pose[0]
+        # The device is reset while it waits: its wheels are counted from another number.
+        line.heads[:] = [Head(Cart(count=-1_000_000))]
+        next(iter(device.sweeps(1, rig=RIG)))
+        assert 0.0 < device.pose[0] - before < 1.0
