@@ -74,6 +74,7 @@ def page(live: Live, browser: Any) -> Iterator[Any]:
     """A page that shows all stations of the route; errors in its script fail the test."""
     opened = browser.new_page(viewport={"width": 1200, "height": 800})
     errors = list[str]()
+    opened.set_default_timeout(PATIENCE_MS)
     opened.on("pageerror", lambda error: errors.append(str(error)))
     opened.goto(live.address)
     until(opened, f"document.querySelectorAll('.station').length >= {STATIONS}")
