@@ -1,5 +1,6 @@
 """Pose tracking of a robot with drifting odometry in a simulated room."""
 
+from collections.abc import Sequence
 from functools import cache
 
 import numpy as np
@@ -14,7 +15,7 @@ from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.marginalisation import survey
 from echoplan.joint.optimisation.pose_factors import odometry_prior
 from echoplan.joint.pose_correction.consistency import has_duplicated_walls
-from echoplan.joint.pose_correction.pose_tracking import track_poses, up_to_station
+from echoplan.joint.pose_correction.pose_tracking import register_in_order, track_poses, up_to_station
 from echoplan.joint.search.scan_matching import LandmarkMap, LocalisationSettings, LocalScan, locate
 from echoplan.joint.settings import EstimateSettings
 from echoplan.model import Route, Sweep
@@ -78,6 +79,18 @@ def test_tracking_corrects_the_poses() -> None:
     away, turned = errors(tracked().poses)
     assert away < 0.012
     assert np.degrees(turned) < 1.0
+
+
+def test_a_station_is_found_nearly_four_standard_deviations_from_its_prediction() -> None:
+    estimate, sigmas = estimate_of(drive()), np.array([0.05, 0.05, np.radians(2.0)])
+    priors = odometry_prior(estimate.measured_poses, estimate.settings.pose_errors)
+
+    def expected(_poses: FloatArray, station: int, _recognised: Sequence[int]) -> tuple[FloatArray, FloatArray]:
+        off = 3.8 * sigmas[0] if station == 5 else 0.0
+        return WAY[station] + [off, 0.0, 0.0], sigmas
+
+    found = register_in_order(estimate, priors, expected).poses[5]
+    assert np.hypot(*(found - WAY[5])[:2]) < 0.02
 
 
 def test_the_first_pose_is_fixed() -> None:
