@@ -57,10 +57,9 @@ class SweepProgress:
         if len(self._sweeps) < 2:
             return
         faults = Faults(sensors=find_faults([*self._sweeps], rig).sensors)
-        number = len(self._sweeps)
         for words in set(faults_in_words(faults)) - self._reported:
             self._reported.add(words)
-            put(f"Warning from the last {number} sweeps: {words}")
+            put(f"Warning from the last {len(self._sweeps)} sweeps: {words}")
 
     def end(self) -> None:
         """Remove the bar."""

@@ -5,15 +5,15 @@ import math
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from itertools import count
+from threading import Thread
 from typing import Self
 
 from echoplan.acoustics import Air
 from echoplan.arrays import FloatArray
-from echoplan.errors import InputError, InvalidValueError
+from echoplan.errors import EchoplanError, InputError, InvalidValueError
 from echoplan.geometry import identity
 from echoplan.hardware.jobs import ask, change_setting, current_job, end_job, identify, records_of, settings_of
 from echoplan.hardware.messages import Accepted, Begin, Done, End, Hello, Move, Record, Refused, Stop, Sweeps, Wheels
@@ -181,17 +181,28 @@ class Device:
         InputError
             If the device is reset on the way, so that the pose is unknown.
         """
-        with ThreadPoolExecutor(1) as pool:
-            moved = pool.submit(self.move)
+        errors = list[EchoplanError]()
+
+        def move() -> None:
+            """Move, and keep the error for the thread that waits."""
             try:
-                until()
-            finally:
-                while not moved.done():
-                    # Repeated, because a line may be damaged; a lost connection is made again by the thread that moves.
-                    with suppress(OSError):
-                        self._ports[0].send(Stop(job=self._current[0]))
-                    wait([moved], timeout=_AGAIN)
-        moved.result()
+                self.move()
+            except EchoplanError as error:
+                errors.append(error)
+
+        # A second interrupt ends the program even if the device does not answer.
+        thread = Thread(target=move, name="echoplan push", daemon=True)
+        thread.start()
+        try:
+            until()
+        finally:
+            while thread.is_alive():
+                # Repeated, because a line may be damaged; the thread makes a lost connection again.
+                with suppress(OSError):
+                    self._ports[0].send(Stop(job=self._current[0]))
+                thread.join(_AGAIN)
+        for error in errors:
+            raise error
 
     def _greeted(self) -> int:
         """Greet a new device as often as it takes."""

@@ -72,7 +72,7 @@ def current_job(port: Port) -> int:
 
 
 def end_job(port: Port) -> int:
-    """End the job of an earlier host or connection, during which no setting can be changed; 0: there is none.
+    """End the current job, since no setting can be changed during one; return its number, 0 if there is none.
 
     Raises as ``ask`` does.
     """

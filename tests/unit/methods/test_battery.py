@@ -6,44 +6,13 @@ import numpy as np
 import pytest
 
 from echoplan.errors import UnknownNameError
-from echoplan.methods import METHODS, Mapper, Method, map_sweeps
+from echoplan.methods import Mapper, Method, map_sweeps
 from echoplan.model import FeatureMap, Sweep
 from echoplan.simulation import Simulation
-from helpers import simulated_worlds
-from helpers.cell import CELL
 
 pytestmark = pytest.mark.slow
 
 POSES = [[0.5, 0.5, 0.0], [1.0, 0.6, 0.5], [0.7, 1.2, 1.0], [1.4, 1.3, 1.5]]
-
-
-@pytest.fixture(params=METHODS.values(), ids=list(METHODS), scope="module")
-def method(request: pytest.FixtureRequest) -> Method:
-    """Each method in turn."""
-    chosen: Method = request.param
-    return chosen
-
-
-@pytest.fixture(scope="module")
-def cell() -> Simulation:
-    """A small room without a right angle, with a pillar, recorded from four stations."""
-    return simulated_worlds.simulation(CELL, using=simulated_worlds.array(resolution=0.005), poses=POSES)
-
-
-@pytest.fixture(scope="module")
-def sweeps(cell: Simulation) -> list[Sweep]:
-    return list(cell)
-
-
-@pytest.fixture(scope="module")
-def mapper(method: Method, cell: Simulation) -> Mapper:
-    """What makes the map of the cell, in ``found``."""
-    return method.build(cell.rig)
-
-
-@pytest.fixture(scope="module")
-def found(mapper: Mapper, sweeps: list[Sweep]) -> FeatureMap:
-    return map_sweeps(mapper, sweeps)
 
 
 def some(sweep: Sweep, chosen: slice) -> Sweep:
