@@ -158,10 +158,12 @@ def _mean_error(matching: "Matching[Match]") -> float:
 
 
 def _say_lengths(evaluation: "Evaluation") -> None:
+    from echoplan.evaluation import MatchingSettings  # noqa: PLC0415
     from echoplan.viewer.wording import plural  # noqa: PLC0415
 
-    lengths = evaluation.floor_plan.lengths
+    lengths, least = evaluation.floor_plan.lengths, MatchingSettings().min_stations
     put(
+        f"True objects are those that at least {plural(least, 'station')} can detect; the map may show more. "
         f"Of the length of the true walls {100 * lengths.recall:.1f} % is drawn; of the length of the drawn walls "
         f"{100 * lengths.precision:.1f} % is right. The path crosses {plural(lengths.walked_through, 'drawn wall')}."
     )
