@@ -75,16 +75,11 @@ def test_every_method_maps_what_others_recorded(name: str, method: str) -> None:
     assert all(np.isfinite([wall.normal_angle, wall.offset]).all() for wall in found.walls)
 
 
-@pytest.mark.parametrize(
-    ("name", "faced", "poses"),
-    [
-        *((name, faced, PoseMode.AUTO) for name in ("arena-a", "arena-b") for faced in (True, False)),
-        ("arena-a", False, PoseMode.CORRECT),
-        ("arena-b", True, PoseMode.CORRECT),
-    ],
-)
+@pytest.mark.parametrize("poses", [PoseMode.AUTO, PoseMode.CORRECT])
+@pytest.mark.parametrize("faced", [True, False])
+@pytest.mark.parametrize("name", ["arena-a", "arena-b"])
 def test_walls_of_an_arena_are_found_even_if_headings_were_not_recorded(
-    name: str, *, faced: bool, poses: PoseMode
+    name: str, poses: PoseMode, *, faced: bool
 ) -> None:
     if not (DATA / name).is_dir():
         pytest.skip(f"the recording {name} is not here")

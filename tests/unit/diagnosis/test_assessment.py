@@ -64,10 +64,7 @@ def test_a_map_for_which_the_servo_was_calibrated_is_good(gain: float, degrees: 
 @pytest.mark.parametrize(("gain", "degrees"), ASKEW)
 def test_a_servo_that_joint_calibrates_is_no_mistake(gain: float, degrees: float) -> None:
     assert examine(RIG, misaligned_sweeps(gain, degrees)).reasons == ()
-
-
-def test_no_remedy_is_proposed_for_a_servo_that_joint_calibrates() -> None:
-    assert find_remedies(misaligned_sweeps(1.08, -4.0), RIG, conventions=Conventions()) == ()
+    assert find_remedies(misaligned_sweeps(gain, degrees), RIG, conventions=Conventions()) == ()
 
 
 def test_features_without_a_count_of_stations_do_not_make_a_map_doubtful() -> None:
