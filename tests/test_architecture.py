@@ -1,6 +1,7 @@
 """The house rules that a linter cannot hold: sizes, frozen values, exits, documented names."""
 
 import ast
+import dis
 import importlib
 import inspect
 import pkgutil
@@ -11,9 +12,12 @@ from collections.abc import Callable, Iterator
 from enum import Enum
 from functools import cache
 from pathlib import Path
+from types import CodeType, FunctionType, ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
+from numba.core.dispatcher import Dispatcher
 from pydantic import BaseModel
 
 import echoplan
@@ -80,7 +84,46 @@ def offenders(sizes: dict[str, int], limit: int) -> list[str]:
 def is_kernel(function: ast.AST) -> bool:
     """Whether numba compiles it: a compiled function takes what it needs and branches as its algorithm does."""
     assert isinstance(function, FUNCTIONS)
-    return any("compiled" in ast.unparse(decorator) for decorator in function.decorator_list)
+    return any(ast.unparse(decorator) in ("compiled", "inlined") for decorator in function.decorator_list)
+
+
+def module_of(path: Path) -> ModuleType:
+    return importlib.import_module(".".join(path.relative_to(SOURCE.parent).with_suffix("").parts))
+
+
+def decorated(name: str) -> set[Any]:
+    """The functions of the package with a decorator."""
+    return {
+        getattr(module_of(path), node.name)
+        for path in FILES
+        for node in parsed(path)
+        if isinstance(node, ast.FunctionDef) and name in map(ast.unparse, node.decorator_list)
+    }
+
+
+def used_by_python(path: Path) -> set[Any]:
+    """What the functions and classes of a file use by its name, except for those that numba compiles."""
+    kernels = {node.name for node in parsed(path) if isinstance(node, ast.FunctionDef) and is_kernel(node)}
+    names, waiting = set[str](), [compile(path.read_text(encoding="utf-8"), path, "exec")]
+    while waiting:
+        code = waiting.pop()
+        names |= {each.argval for each in dis.get_instructions(code) if each.opname in ("LOAD_GLOBAL", "LOAD_NAME")}
+        waiting += [each for each in code.co_consts if isinstance(each, CodeType) and each.co_name not in kernels]
+    values = [vars(module_of(path)).get(name) for name in names]
+    for node in parsed(path):
+        if isinstance(node, ast.ImportFrom) and node.col_offset and str(node.module).startswith("echoplan"):
+            values += [vars(importlib.import_module(str(node.module))).get(each.name) for each in node.names]
+    return {value for value in values if isinstance(value, FunctionType | Dispatcher)}
+
+
+def test_python_calls_compiled_functions_and_only_these_call_inlined_ones() -> None:
+    used = set().union(*map(used_by_python, FILES))
+    assert not used & decorated("inlined")
+    assert decorated("compiled") <= used
+
+
+def test_at_most_60_functions_have_machine_code_of_their_own() -> None:
+    assert len(decorated("compiled")) <= 60
 
 
 def test_no_function_is_longer_than_80_lines() -> None:
@@ -331,5 +374,5 @@ def test_no_file_names_the_place_where_it_was_written() -> None:
     found = []
     for path in [*FILES, *sorted((ROOT / "docs").rglob("*.md")), ROOT / "README.md"]:
         text = path.read_text(encoding="utf-8")
-        found += [f"{path.relative_to(ROOT)}: {word}" for word in ("/work/", "session", ".library") if word in text]
+        found += [f"{path.relative_to(ROOT)}: {word}" for word in ("/work/", "session", "/.library") if word in text]
     assert not found

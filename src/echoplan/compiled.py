@@ -1,5 +1,7 @@
 """Functions compiled to machine code, kept on the disk and renewed when they or what they use changes.
 
+Functions that Python calls are ``compiled``, those that only compiled functions call are ``inlined``.
+
 Importing this module imports numba, which takes its time: import what uses it where it is used.
 """
 
@@ -20,14 +22,21 @@ import numba
 import numpy as np
 from numba.core import event
 from numba.core.caching import FunctionCache
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
+from numba.core.compiler_machinery import register_pass
+from numba.core.typed_passes import NativeLowering
+from numba.extending import register_jitable
 
-__all__ = ["cache_folders", "compiled", "digest_of"]
+__all__ = ["cache_folders", "compiled", "digest_of", "inlined"]
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
 # A division by zero gives what NumPy gives.
 _ERROR_MODEL: Final = "numpy"
+# The same for all functions: numba compiles a part anew for functions with other options. No C code calls any.
+_OPTIONS: Final[dict[str, Any]] = {"error_model": _ERROR_MODEL, "no_cfunc_wrapper": True, "no_cpython_wrapper": True}
 # What opening a file says, and pickle of one that was cut off or overwritten.
 _UNREADABLE = (OSError, EOFError, UnpicklingError, AttributeError, ImportError, LookupError, TypeError, ValueError)
 
@@ -59,7 +68,7 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
     >>> compiled(lambda x: 1.0 / x)(0.0)
     inf
     """
-    fast: Any = numba.njit(error_model=_ERROR_MODEL)(function)
+    fast: Any = numba.njit(pipeline_class=_KernelCompiler, **_OPTIONS)(function)
     if function.__name__.isidentifier():
         # Without a folder that may be written to, numba says RuntimeError, and machine code is kept in memory only.
         with suppress(RuntimeError):
@@ -67,6 +76,73 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
             fast._cache = _DependencyCache(function)  # noqa: SLF001
     kept: Callable[P, R] = fast
     return kept
+
+
+def inlined(function: Callable[P, R]) -> Callable[P, R]:
+    """Make a function part of the compiled functions that call it, without machine code of its own.
+
+    That takes half the time to compile. Called from Python, the function is what it was: slow.
+
+    Examples
+    --------
+    >>> half = inlined(lambda x: 0.5 * x)
+    >>> compiled(lambda x: half(x) + 1.0)(1.0)
+    1.5
+    """
+    kept: Callable[P, R] = register_jitable(pipeline_class=_PartCompiler, **_OPTIONS)(function)
+    return kept
+
+
+class _CodeOfPart(JITCodeLibrary):
+    """Code that is optimised and made machine code only in the functions that it becomes part of."""
+
+    def _optimize_final_module(self) -> None:
+        """Leave that to those functions."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()  # type: ignore[no-untyped-call]
+        self._finalized = True
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)  # type: ignore[no-untyped-call]
+class _LoweringOfKernel(NativeLowering):
+    _name = "echoplan_lowering_of_kernel"
+
+    def run_pass(self, state: Any) -> bool:
+        """Translate to code of LLVM, and let Python call it."""
+        state.flags.no_cpython_wrapper = False
+        return bool(super().run_pass(state))  # type: ignore[no-untyped-call]
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)  # type: ignore[no-untyped-call]
+class _LoweringOfPart(NativeLowering):
+    _name = "echoplan_lowering_of_part"
+
+    def run_pass(self, state: Any) -> bool:
+        """Translate to code of LLVM, and register it for the functions that use it."""
+        state.flags.no_compile = True
+        state.library = _CodeOfPart(state.targetctx.codegen(), state.func_id.func_qualname)  # type: ignore[no-untyped-call]
+        super().run_pass(state)  # type: ignore[no-untyped-call]
+        # numba finds the code by the built-in function that would run it. This one is never called.
+        key = object().__sizeof__
+        state.targetctx.insert_user_function(key, state.cr.fndesc, [state.library])
+        state.cr = state.cr._replace(cfunc=key)
+        return True
+
+
+class _KernelCompiler(Compiler):
+    lowering: type[NativeLowering] = _LoweringOfKernel
+
+    def define_pipelines(self) -> list[Any]:
+        """Replace the translation to code of LLVM."""
+        (passes,) = super().define_pipelines()  # type: ignore[no-untyped-call]
+        passes.passes = [(self.lowering if each is NativeLowering else each, text) for each, text in passes.passes]
+        passes.finalize()
+        return [passes]
+
+
+class _PartCompiler(_KernelCompiler):
+    lowering = _LoweringOfPart
 
 
 def cache_folders() -> frozenset[Path]:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from echoplan import compiled as module
-from echoplan.compiled import compiled
+from echoplan.compiled import compiled, inlined
 
 pytestmark = pytest.mark.slow
 
@@ -21,6 +21,21 @@ def halves(x: float) -> float:
     return x / 2
 
 
+@inlined
+def third(x: float) -> float:
+    return x / 3
+
+
+@inlined
+def ninth(x: float) -> float:
+    return third(third(x))
+
+
+@compiled
+def twenty_seventh(x: float) -> float:
+    return third(ninth(x))
+
+
 @compiled
 def inverse(x: float) -> float:
     return 1 / x
@@ -28,6 +43,11 @@ def inverse(x: float) -> float:
 
 def test_compiled_functions_do_what_python_would() -> None:
     assert [halves(x) for x in (1.0, 3.0, -2.0)] == [0.5, 1.5, -1.0]
+
+
+def test_inlined_functions_become_part_of_those_that_call_them() -> None:
+    assert [twenty_seventh(27.0), third(27.0)] == [1.0, 9.0]
+    assert not hasattr(third, "overloads")
 
 
 def test_dividing_by_nothing_is_infinite() -> None:

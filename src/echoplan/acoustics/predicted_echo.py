@@ -11,7 +11,7 @@ from typing import TypeAlias
 from echoplan.acoustics.echo_model import COSINE_LIMIT, PER_SQUARED_SINE, SQUARED_SINES, EchoModel, SonarTables
 from echoplan.acoustics.range_walk_model import EXCESS_STEP
 from echoplan.arrays import FloatArray
-from echoplan.compiled import compiled
+from echoplan.compiled import inlined
 
 __all__ = [
     "SILENCE",
@@ -72,7 +72,7 @@ EchoGeometry: TypeAlias = tuple[float, float, float, float, float]
 OffAxis: TypeAlias = tuple[float, float]
 
 
-@compiled
+@inlined
 def shape_of(reflector: FloatArray) -> Shape:
     """Make a reflector ready for many pings: the functions of its normal angle are asked for once.
 
@@ -92,7 +92,7 @@ def shape_of(reflector: FloatArray) -> Shape:
     return kind, reflector[1], reflector[2], reflector[3]
 
 
-@compiled
+@inlined
 def echo_geometry(shape: Shape, ping: Ping) -> EchoGeometry:
     """Geometry of the echo of a reflector, as a sensor sees it.
 
@@ -123,7 +123,7 @@ def echo_geometry(shape: Shape, ping: Ping) -> EchoGeometry:
     return distance, cosine, sine, distance, 0.0
 
 
-@compiled
+@inlined
 def excess_of(tables: SonarTables, geometry: EchoGeometry) -> float:
     """Signal excess of an echo by the sonar equation.
 
@@ -150,7 +150,7 @@ def excess_of(tables: SonarTables, geometry: EchoGeometry) -> float:
     return float(tables.figure_of_merit - spreading + beam + strength)
 
 
-@compiled
+@inlined
 def bistatic_excess_of(tables: SonarTables, depth: float, leaving: OffAxis, coming: OffAxis, strength: float) -> float:
     """Greatest signal excess of sound that left and came back at different angles: side lobes count with their peaks.
 
@@ -179,7 +179,7 @@ def bistatic_excess_of(tables: SonarTables, depth: float, leaving: OffAxis, comi
     return float(tables.figure_of_merit - spreading + 0.5 * (out + back) + strength)
 
 
-@compiled
+@inlined
 def walk_of(tables: SonarTables, excess: float) -> float:
     """Range walk of an echo.
 
@@ -200,7 +200,7 @@ def walk_of(tables: SonarTables, excess: float) -> float:
     return float(tables.walk[node] + (place - node) * (tables.walk[node + 1] - tables.walk[node]))
 
 
-@compiled
+@inlined
 def predict_echo(tables: SonarTables, shape: Shape, ping: Ping) -> tuple[float, float, float]:
     """Predict the echo of a reflector.
 
@@ -223,7 +223,7 @@ def predict_echo(tables: SonarTables, shape: Shape, ping: Ping) -> tuple[float, 
     return geometry[0], excess, geometry[0] + walk_of(tables, excess)
 
 
-@compiled
+@inlined
 def differentiate(
     tables: SonarTables, shape: Shape, ping: Ping, jacobian: FloatArray, attenuation: float = 0.0
 ) -> tuple[float, float]:
@@ -270,7 +270,7 @@ def differentiate(
     return depth, excess
 
 
-@compiled
+@inlined
 def _derivatives(tables: SonarTables, geometry: EchoGeometry, excess: float) -> tuple[float, float, float]:
     """Differentiate the reading by the depth, by the strength of the echo and by the angle off the axis."""
     depth, cosine, sine, _, _ = geometry

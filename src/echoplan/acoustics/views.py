@@ -8,7 +8,7 @@ import numpy as np
 from echoplan.acoustics.echo_model import PER_SQUARED_SINE, SQUARED_SINES
 from echoplan.acoustics.predicted_echo import Kind, Ping, Shape, SonarTables, echo_geometry, excess_of
 from echoplan.arrays import FloatArray
-from echoplan.compiled import compiled
+from echoplan.compiled import inlined
 
 __all__ = ["Views", "in_view", "views_of"]
 
@@ -37,7 +37,7 @@ class Views(NamedTuple):
     widest: float
 
 
-@compiled
+@inlined
 def views_of(tables: SonarTables, shape: Shape, least: float, reach: float) -> Views:
     """Find how far off its axis a sonar could detect a reflector.
 
@@ -67,7 +67,7 @@ def views_of(tables: SonarTables, shape: Shape, least: float, reach: float) -> V
     return Views(cosines, reach, cosines.min())
 
 
-@compiled
+@inlined
 def in_view(views: Views, shape: Shape, ping: Ping) -> bool:
     """Return whether a sensor could detect a reflector.
 
@@ -102,7 +102,7 @@ def in_view(views: Views, shape: Shape, ping: Ping) -> bool:
     return 0.0 < depth <= views.reach and cosine >= views.cosines[int(depth / views.reach * _DEPTHS)]
 
 
-@compiled
+@inlined
 def _before(shape: Shape, depth: float) -> Ping:
     """Place a sensor so deep before a reflector, looking at it."""
     kind, a, b, radius = shape

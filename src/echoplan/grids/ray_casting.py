@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from echoplan.arrays import BoolArray, FloatArray, IntArray
-from echoplan.compiled import compiled
+from echoplan.compiled import compiled, inlined
 
 __all__ = ["Fans", "cells_on_segments", "fans_of", "join_fans", "rays_per_cell"]
 
@@ -124,7 +124,7 @@ def _count_fans(
                 _cast(x[fan], y[fan], ux, uy, reaches[fan], blocked, counts, latest, fan)
 
 
-@compiled
+@inlined
 def _cast(
     x: float,
     y: float,
@@ -161,7 +161,7 @@ def _cast(
     return False
 
 
-@compiled
+@inlined
 def _sides(start: float, direction: float) -> tuple[int, float, float]:
     """Return the step along an axis from cell to cell, and the lengths of the ray at the next side and between sides.
 

@@ -9,9 +9,10 @@ from pydantic import Field
 
 from echoplan.acoustics.predicted_echo import Kind, SonarTables, echo_geometry, excess_of, walk_of
 from echoplan.arrays import BoolArray, FloatArray, IntArray
-from echoplan.compiled import compiled
+from echoplan.compiled import compiled, inlined
 from echoplan.extraction.runs import connected_runs
 from echoplan.geometry import circular_mean, rotation_step, wrap
+from echoplan.kernels import median_of
 from echoplan.preprocessing.measurements import Measurements
 from echoplan.settings import Settings
 
@@ -136,7 +137,7 @@ def _planes(
     return planes
 
 
-@compiled
+@inlined
 def _offset(measurements: Measurements, tables: SonarTables, pings: IntArray, normal: float) -> tuple[float, float]:
     """Return the median offset of planes with one normal that fit single pings, and the misfit to all pings [m].
 
@@ -144,7 +145,7 @@ def _offset(measurements: Measurements, tables: SonarTables, pings: IntArray, no
     echo is expected below the threshold.
     """
     ranges = tables.scale * measurements.readings[pings]
-    depth, silent = np.median(ranges), 0
+    depth, silent = median_of(ranges), 0
     offsets, plane = np.empty(len(pings)), (_WALL, math.cos(normal), math.sin(normal), 0.0)
     for number, ping in enumerate(pings):
         place = (measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping])
@@ -152,6 +153,6 @@ def _offset(measurements: Measurements, tables: SonarTables, pings: IntArray, no
         excess = excess_of(tables, (depth, cosine, sine, depth, 0.0))
         silent += excess < _FAINT
         offsets[number] = ranges[number] - walk_of(tables, excess) - toward
-    offset = np.median(offsets)
+    offset = median_of(offsets)
     scatter = np.mean(np.minimum(np.abs(offsets - offset), _FAR))
     return float(offset), float(scatter + 0.01 * silent / len(pings))

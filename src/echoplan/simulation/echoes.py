@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from echoplan.arrays import ComplexArray, FloatArray, IntArray
-from echoplan.compiled import compiled
+from echoplan.compiled import compiled, inlined
 from echoplan.simulation.detector import Echoes
 from echoplan.simulation.scene import Disc, Edge, Face, Scene
 from echoplan.simulation.sonar import Sonar
@@ -63,7 +63,7 @@ def find_echoes(stage: Stage, pings: IntArray, deadlines: FloatArray) -> Echoes:
     return Echoes(times, strengths, reflectors, bounds)
 
 
-@compiled
+@inlined
 def _trace(found: list[Echo], stage: Stage, pair: tuple[int, int], deadline: float) -> None:
     (scene, sonar, shots), (shot, ping) = stage, pair
     fired = shots.instants[shot] - shots.instants[ping]
@@ -82,7 +82,7 @@ def _trace(found: list[Echo], stage: Stage, pair: tuple[int, int], deadline: flo
         _trace_edges(found, scene, sonar, ends)
 
 
-@compiled
+@inlined
 def _trace_faces(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> None:
     (source, receiver), faces = ends, scene.faces
     for index in range(len(faces)):
@@ -96,7 +96,7 @@ def _trace_faces(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> N
             _record(found, scene, (source.place, spot, spot, reception), echo)
 
 
-@compiled
+@inlined
 def _trace_pairs(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> None:
     (source, receiver), reached = ends, np.empty(len(scene.faces), np.int64)
     for first in scene.faces:
@@ -112,7 +112,7 @@ def _trace_pairs(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> N
                 _record(found, scene, route, (time, complex(pressure * lit * first.gain * second.gain), -1))
 
 
-@compiled
+@inlined
 def _trace_discs(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> None:
     (source, receiver), discs = ends, scene.discs
     for index in range(len(discs)):
@@ -124,7 +124,7 @@ def _trace_discs(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> N
             _record(found, scene, (source.place, spot, spot, reception), echo)
 
 
-@compiled
+@inlined
 def _trace_faces_then_discs(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> None:
     source, receiver = ends
     for face in scene.faces:
@@ -139,7 +139,7 @@ def _trace_faces_then_discs(found: list[Echo], scene: Scene, sonar: Sonar, ends:
                 _record(found, scene, (source.place, first, spot, reception), echo)
 
 
-@compiled
+@inlined
 def _trace_discs_then_faces(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> None:
     source, receiver = ends
     for face in scene.faces:
@@ -154,7 +154,7 @@ def _trace_discs_then_faces(found: list[Echo], scene: Scene, sonar: Sonar, ends:
                 _record(found, scene, (source.place, spot, last, _mirror(face, reception)), echo)
 
 
-@compiled
+@inlined
 def _trace_edges(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> None:
     source, receiver = ends
     for edge in scene.edges:
@@ -171,7 +171,7 @@ def _trace_edges(found: list[Echo], scene: Scene, sonar: Sonar, ends: Ends) -> N
             _record(found, scene, (source.place, edge.apex, edge.apex, moved.place), echo)
 
 
-@compiled
+@inlined
 def _record(found: list[Echo], scene: Scene, route: Route, echo: Echo) -> None:
     clear = echo[1] != 0
     for leg in range(3):
@@ -180,7 +180,7 @@ def _record(found: list[Echo], scene: Scene, route: Route, echo: Echo) -> None:
         found.append(echo)
 
 
-@compiled
+@inlined
 def _straight(sonar: Sonar, image: Source, receiver: Receiver) -> tuple[complex, float, float]:
     # Where the receiver is when sound of an image arrives, when that is, and how loud: in images paths stay straight.
     moved = _later(receiver, image.fired + distance(image.place, receiver.place) / sonar.speed)
@@ -189,7 +189,7 @@ def _straight(sonar: Sonar, image: Source, receiver: Receiver) -> tuple[complex,
     return moved.place, image.fired + length / sonar.speed, pressure
 
 
-@compiled
+@inlined
 def _over(sonar: Sonar, disc: Disc, source: Source, receiver: Receiver) -> tuple[complex, complex, float, float]:
     # The specular point of a cylinder, where the receiver is when the sound arrives, when that is, and how loud.
     around = distance(source.place, disc.center) + distance(disc.center, receiver.place) - 2 * disc.radius
@@ -204,7 +204,7 @@ def _over(sonar: Sonar, disc: Disc, source: Source, receiver: Receiver) -> tuple
     return spot, moved.place, source.fired + length / sonar.speed, pressure
 
 
-@compiled
+@inlined
 def _is_beyond(image: Source, receiver: Receiver) -> bool:
     # Whether sound of an image comes too early, too late, is sent away from the receiver or comes from behind it:
     # cheap and conservative.
@@ -215,7 +215,7 @@ def _is_beyond(image: Source, receiver: Receiver) -> bool:
     return out_of_time or min(ahead, before) < -_SWING * math.sqrt(square)
 
 
-@compiled
+@inlined
 def _is_out(disc: Disc, source: Source, receiver: Receiver) -> bool:
     # The same for a cylinder between source and receiver.
     there, back = distance(source.place, disc.center), distance(disc.center, receiver.place)
@@ -225,7 +225,7 @@ def _is_out(disc: Disc, source: Source, receiver: Receiver) -> bool:
     return out_of_time or min(ahead + _SWING * there, before + _SWING * back) < -disc.radius
 
 
-@compiled
+@inlined
 def _later(receiver: Receiver, time: float) -> Receiver:
     angle = receiver.turn * time
     place, axis = receiver.place + receiver.velocity * time, receiver.axis * complex(1 - angle * angle / 2, angle)
@@ -234,7 +234,7 @@ def _later(receiver: Receiver, time: float) -> Receiver:
     )
 
 
-@compiled
+@inlined
 def _loudness(sonar: Sonar, ends: Ends, ways: tuple[complex, complex], length: float) -> float:
     # Pressure at 1 m over the threshold, less beams and absorption; none before or after the receiver listens.
     source, receiver = ends
@@ -245,7 +245,7 @@ def _loudness(sonar: Sonar, ends: Ends, ways: tuple[complex, complex], length: f
     return sonar.gain * beams * math.exp(-sonar.damping * length)
 
 
-@compiled
+@inlined
 def _beam(table: FloatArray, axis: complex, way: complex) -> float:
     length, seen = distance(way, 0j), way * axis.conjugate()
     if length < TIE:
@@ -255,23 +255,23 @@ def _beam(table: FloatArray, axis: complex, way: complex) -> float:
     return float(_looked_up(table, min(abs(seen.imag) / length, 1.0)))
 
 
-@compiled
+@inlined
 def _looked_up(table: FloatArray | ComplexArray, share: float) -> Any:
     node, below = share * (len(table) - 1), min(int(share * (len(table) - 1)), len(table) - 2)
     return table[below] + (node - below) * (table[below + 1] - table[below])
 
 
-@compiled
+@inlined
 def _mirror(face: Face, point: complex) -> complex:
     return face.start + face.tangent * on_line(face, point).conjugate()
 
 
-@compiled
+@inlined
 def _mirrored_source(face: Face, source: Source) -> Source:
     return Source(_mirror(face, source.place), face.tangent * face.tangent * source.axis.conjugate(), source.fired)
 
 
-@compiled
+@inlined
 def _mirrored_receiver(face: Face, receiver: Receiver) -> Receiver:
     twist = face.tangent * face.tangent
     axis, velocity = twist * receiver.axis.conjugate(), twist * receiver.velocity.conjugate()
@@ -286,7 +286,7 @@ def _mirrored_receiver(face: Face, receiver: Receiver) -> Receiver:
     )
 
 
-@compiled
+@inlined
 def _bounce(face: Face, p: complex, q: complex) -> tuple[complex, float]:
     # Where a face reflects sound from p to q, and the share that it returns there: half at an end, none beyond it.
     from_p, from_q = on_line(face, p), on_line(face, q)
@@ -300,7 +300,7 @@ def _bounce(face: Face, p: complex, q: complex) -> tuple[complex, float]:
     return face.start + along * face.tangent, lit
 
 
-@compiled
+@inlined
 def _bounce_twice(pair: tuple[Face, Face], image: complex, p: complex, q: complex) -> tuple[Route, float]:
     first, second = pair
     last, last_lit = _bounce(second, image, q)
@@ -311,13 +311,13 @@ def _bounce_twice(pair: tuple[Face, Face], image: complex, p: complex, q: comple
     return (p, start, last, q), 0.0 if is_outside else min(start_lit, last_lit)
 
 
-@compiled
+@inlined
 def _facing(face: Face, other: Face, point: complex) -> float:
     # Positive if another face lies on a point's side of a face.
     return on_line(face, other.start + 0.5 * other.length * other.tangent).imag * on_line(face, point).imag
 
 
-@compiled
+@inlined
 def _specular_point(disc: Disc, p: complex, q: complex) -> tuple[complex, float]:
     # The point of a cylinder at which sound from p is reflected to q, and the cosine of its incidence; 0 if none.
     # The way over the cylinder is shortest there: Newton's steps, or halving where an end is still out of sight.
@@ -341,7 +341,7 @@ def _specular_point(disc: Disc, p: complex, q: complex) -> tuple[complex, float]
     return disc.center, 0.0
 
 
-@compiled
+@inlined
 def _direction(edge: Edge, point: complex) -> float:
     # Angle of a point as seen from an edge, counted from its first face; negative outside of its air.
     angle = math.atan2(point.imag - edge.apex.imag, point.real - edge.apex.real) - edge.first
@@ -349,7 +349,7 @@ def _direction(edge: Edge, point: complex) -> float:
     return max(angle, 0.0) if angle <= edge.opening + TIE else -1.0
 
 
-@compiled
+@inlined
 def _scattered(sonar: Sonar, edge: Edge, ends: Ends, distances: tuple[float, float]) -> complex:
     # What an edge makes of sound, by the coefficient of Kouyoumjian and Pathak as in acoustics.wedge_coefficient.
     (source, receiver), (there, back), opening = ends, distances, edge.opening
@@ -367,7 +367,7 @@ def _scattered(sonar: Sonar, edge: Edge, ends: Ends, distances: tuple[float, flo
     return complex(math.sqrt(0.5), -math.sqrt(0.5)) * (1 / scale) * terms
 
 
-@compiled
+@inlined
 def _term(sonar: Sonar, angle: float, opening: float, kl: float) -> complex:
     deviation = angle - 2 * opening * round(angle / (2 * opening))
     if abs(deviation) < TIE:

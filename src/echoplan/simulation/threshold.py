@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from echoplan.arrays import ComplexArray, FloatArray
-from echoplan.compiled import compiled
+from echoplan.compiled import compiled, inlined
 from echoplan.simulation.detector import Detector, Echoes
 
 __all__ = ["first_crossings"]
@@ -58,7 +58,7 @@ def first_crossings(detector: Detector, echoes: Echoes, openings: FloatArray, de
     return instants
 
 
-@compiled
+@inlined
 def _first_crest(detector: Detector, signal: _Signal, begin: float, end: float) -> float:
     # The carrier trips on the first crest after the envelope has risen above the threshold, if it is still there.
     while True:
@@ -73,7 +73,7 @@ def _first_crest(detector: Detector, signal: _Signal, begin: float, end: float) 
         begin = crest
 
 
-@compiled
+@inlined
 def _first_rise(detector: Detector, signal: _Signal, begin: float, end: float) -> float:
     for last in range(len(signal.times)):
         following = signal.times[last + 1] if last + 1 < len(signal.times) else np.inf
@@ -86,7 +86,7 @@ def _first_rise(detector: Detector, signal: _Signal, begin: float, end: float) -
     return np.inf
 
 
-@compiled
+@inlined
 def _bound(detector: Detector, signal: _Signal, last: int) -> float:
     # The most that the echoes up to the last one can add up to before the next one arrives.
     total = 0.0
@@ -97,7 +97,7 @@ def _bound(detector: Detector, signal: _Signal, last: int) -> float:
     return total
 
 
-@compiled
+@inlined
 def _search(detector: Detector, signal: _Signal, window: tuple[float, float], newest: tuple[float, float]) -> float:
     (low, stop), (arrival, bound), step = window, newest, detector.tau / _LOOKS
     if _level(detector, signal, low) >= 1:
@@ -113,7 +113,7 @@ def _search(detector: Detector, signal: _Signal, window: tuple[float, float], ne
     return np.inf
 
 
-@compiled
+@inlined
 def _halve(detector: Detector, signal: _Signal, low: float, high: float) -> float:
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
@@ -124,7 +124,7 @@ def _halve(detector: Detector, signal: _Signal, low: float, high: float) -> floa
     return high
 
 
-@compiled
+@inlined
 def _level(detector: Detector, signal: _Signal, time: float) -> float:
     if detector.coherent:
         return abs(_pressure(detector, signal, time))
@@ -136,7 +136,7 @@ def _level(detector: Detector, signal: _Signal, time: float) -> float:
     return math.sqrt(power)
 
 
-@compiled
+@inlined
 def _pressure(detector: Detector, signal: _Signal, time: float) -> complex:
     total = 0j
     for echo in range(len(signal.times)):
@@ -146,7 +146,7 @@ def _pressure(detector: Detector, signal: _Signal, time: float) -> complex:
     return total
 
 
-@compiled
+@inlined
 def _envelope(detector: Detector, since: float) -> float:
     x = since / detector.tau
     if x <= 0 or x >= _SPAN:

@@ -7,7 +7,8 @@ import math
 from typing import Protocol
 
 from echoplan.arrays import IntArray
-from echoplan.compiled import compiled
+from echoplan.compiled import inlined
+from echoplan.kernels import sort
 from echoplan.simulation.scene import Disc, Face, Scene
 from echoplan.simulation.tree import MARGIN
 
@@ -22,7 +23,7 @@ class _Box(Protocol):
     half: complex
 
 
-@compiled
+@inlined
 def is_blocked(scene: Scene, p: complex, q: complex) -> bool:
     """Return whether a face or a cylinder stands between two points."""
     way, boxes, node = q - p, scene.tree.boxes, 0
@@ -41,7 +42,7 @@ def is_blocked(scene: Scene, p: complex, q: complex) -> bool:
     return hidden
 
 
-@compiled
+@inlined
 def faces_within(scene: Scene, face: Face, image: complex, reach: float, found: IntArray) -> int:
     """Find the faces that may be met by sound from an image that comes through the face of the mirror.
 
@@ -66,23 +67,23 @@ def faces_within(scene: Scene, face: Face, image: complex, reach: float, found: 
             found[count] = order[place]
             count += 1
         node += 1
-    found[:count].sort()
+    sort(found[:count])
     return count
 
 
-@compiled
+@inlined
 def distance(p: complex, q: complex) -> float:
     """Distance of two points."""
     return math.sqrt((p.real - q.real) ** 2 + (p.imag - q.imag) ** 2)
 
 
-@compiled
+@inlined
 def on_line(face: Face, point: complex) -> complex:
     """Coordinates of a point along a face, and above it."""
     return (point - face.start) * face.tangent.conjugate()
 
 
-@compiled
+@inlined
 def passes(disc: Disc, p: complex, q: complex) -> bool:
     """Return whether the way between two points passes through a cylinder."""
     way, length = q - p, distance(p, q)
@@ -90,7 +91,7 @@ def passes(disc: Disc, p: complex, q: complex) -> bool:
     return distance(p + min(max(share, 0.0), 1.0) * way, disc.center) < disc.radius - TIE
 
 
-@compiled
+@inlined
 def _crosses(face: Face, p: complex, q: complex) -> bool:
     from_p, from_q = on_line(face, p), on_line(face, q)
     if min(from_p.imag, from_q.imag) < -TIE and max(from_p.imag, from_q.imag) > TIE:
@@ -99,7 +100,7 @@ def _crosses(face: Face, p: complex, q: complex) -> bool:
     return False
 
 
-@compiled
+@inlined
 def _misses(box: _Box, p: complex, way: complex) -> bool:
     # Whether a straight way passes by a box, or ends before it.
     away, half = box.center - p - 0.5 * way, box.half
@@ -108,13 +109,13 @@ def _misses(box: _Box, p: complex, way: complex) -> bool:
     return beside or beyond
 
 
-@compiled
+@inlined
 def _least_distance(box: _Box, point: complex) -> float:
     away = box.center - point
     return math.hypot(max(abs(away.real) - box.half.real, 0.0), max(abs(away.imag) - box.half.imag, 0.0))
 
 
-@compiled
+@inlined
 def _most_left(box: _Box, point: complex, way: complex) -> float:
     # How far, times the length of the way, a box reaches to the left of a way through a point.
     middle = (way.conjugate() * (box.center - point)).imag

@@ -5,10 +5,14 @@ import tracemalloc
 import numpy as np
 import pytest
 
+from echoplan.compiled import compiled
 from echoplan.geometry import crosses_segments
 from echoplan.model import Polyline, World
+from echoplan.simulation import visibility
 from echoplan.simulation.scene import Scene, build_scene
-from echoplan.simulation.visibility import faces_within, is_blocked
+
+# Faces are records, whose fields have names in compiled functions only.
+faces_within, is_blocked = compiled(visibility.faces_within), compiled(visibility.is_blocked)
 
 
 def strewn(count: int, seed: int) -> World:

@@ -12,7 +12,7 @@ from echoplan.classical.grids.features import GridFeatureSettings, features_of_g
 from echoplan.classical.grids.muriel import MurielRule, MurielSettings
 from echoplan.classical.grids.range_layer import RangeLayerRule, RangeLayerSettings
 from echoplan.classical.grids.rules import GridRule
-from echoplan.classical.grids.sectors import Raster, Trace, box_about, trace_for, trace_sector
+from echoplan.classical.grids.sectors import Raster, Trace, box_about, trace_for
 
 __all__ = [
     "BayesRule",
@@ -40,5 +40,4 @@ __all__ = [
     "join_cones",
     "occupied_cells",
     "trace_for",
-    "trace_sector",
 ]

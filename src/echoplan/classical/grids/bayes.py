@@ -17,7 +17,7 @@ from echoplan.arrays import FloatArray
 from echoplan.classical.grids.canvas import Canvas, CanvasSettings
 from echoplan.classical.grids.cones import Cones
 from echoplan.classical.grids.sectors import Raster, box_about, chord_of, columns_of, rows_of, sector_of
-from echoplan.compiled import compiled
+from echoplan.compiled import compiled, inlined
 from echoplan.model import OccupancyGrid
 from echoplan.settings import Settings
 
@@ -103,7 +103,7 @@ def add_runs(layers: FloatArray, raster: Raster, cones: Cones, radii: FloatArray
             add_run(rim, row, beyond, end)
 
 
-@compiled
+@inlined
 def add_run(layer: FloatArray, row: int, first: int, end: int) -> None:
     """Add one run of cells of a row, nothing if it ends before it begins."""
     if end > first:

@@ -8,7 +8,7 @@ import numpy as np
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.classical.grids.cones import Cones
 from echoplan.classical.grids.sectors import Raster, Trace, trace_sector
-from echoplan.compiled import compiled
+from echoplan.compiled import compiled, inlined
 
 __all__ = ["Claims", "claims_of", "explanations", "pressure", "settle_conflicts"]
 
@@ -54,7 +54,7 @@ class Claims(NamedTuple):
     kept: BoolArray
 
 
-@compiled
+@inlined
 def pressure(distance: float, turn: float) -> float:
     """Sound pressure by distance and by angle as a share of half the aperture: a Gaussian beam, as Kuc has it."""
     return math.exp(-2.0 * turn**2) / max(distance, _NEAREST)
@@ -135,7 +135,7 @@ def settle_conflicts(claims: Claims, raster: Raster, cones: Cones, trace: Trace,
             clear(claims, raster, trace, count)
 
 
-@compiled
+@inlined
 def any_silenced(claims: Claims, raster: Raster, trace: Trace, count: int, fallen: IntArray) -> bool:
     """Return whether freeing some cells leaves a kept ping without any cell of its arc."""
     silenced = False
@@ -152,7 +152,7 @@ def any_silenced(claims: Claims, raster: Raster, trace: Trace, count: int, falle
     return silenced
 
 
-@compiled
+@inlined
 def clear(claims: Claims, raster: Raster, trace: Trace, count: int) -> None:
     """Call cells free: claims with less pressure fall."""
     for cell in range(count):

@@ -26,7 +26,7 @@ from echoplan.arrays import FloatArray, IntArray
 from echoplan.classical.grids.canvas import Canvas, CanvasSettings
 from echoplan.classical.grids.cones import Cones, chosen_cones, join_cones
 from echoplan.classical.grids.sectors import Raster, Trace, box_about, trace_for, trace_sector
-from echoplan.compiled import compiled
+from echoplan.compiled import compiled, inlined
 from echoplan.model import OccupancyGrid
 from echoplan.settings import Settings
 
@@ -153,13 +153,13 @@ def keep_strongest(
             layers[1, row, column] = min(layers[1, row, column], evidence)
 
 
-@compiled
+@inlined
 def detection_probability(share: float, turn: float, model: Model) -> float:
     """Return that of a surface facing the sensor; distance relative to its reach, angle to its half aperture."""
     return model.detection_probability * max(1.0 - share**2, 0.0) * (1.0 - turn**2)
 
 
-@compiled
+@inlined
 def likelihood_ratio(excess: float, detection: float, model: Model) -> float:
     """How much likelier a reading is that is so much longer than the distance of a cell if the cell is occupied."""
     away = excess / model.sigma

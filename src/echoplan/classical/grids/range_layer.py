@@ -16,7 +16,7 @@ from echoplan.arrays import FloatArray
 from echoplan.classical.grids.canvas import Canvas, CanvasSettings
 from echoplan.classical.grids.cones import Cones, chosen_cones
 from echoplan.classical.grids.sectors import Raster
-from echoplan.compiled import compiled
+from echoplan.compiled import compiled, inlined
 from echoplan.model import OccupancyGrid
 from echoplan.settings import Settings
 
@@ -114,7 +114,7 @@ def update_costs(layer: FloatArray, raster: Raster, cones: Cones, boxes: FloatAr
                 layer[row, column] = cost_after(layer[row, column], sensor)
 
 
-@compiled
+@inlined
 def mark_target(layer: FloatArray, raster: Raster, cones: Cones, ping: int) -> None:
     """Mark the cell on the axis, at the distance of the echo, if it lies on the map."""
     row = cell_of(cones.y[ping] + cones.readings[ping] * cones.uy[ping], raster.y, raster)
@@ -123,13 +123,13 @@ def mark_target(layer: FloatArray, raster: Raster, cones: Cones, ping: int) -> N
         layer[row, column] = _TARGET
 
 
-@compiled
+@inlined
 def cell_of(coordinate: float, origin: float, raster: Raster) -> int:
     """Find the row or the column of a coordinate."""
     return math.floor((coordinate - origin) / raster.resolution)
 
 
-@compiled
+@inlined
 def weight_of(distance: float, turn: float, phi: float) -> float:
     """How much a cell counts: less, the farther from the sensor and from the axis it is."""
     if abs(turn) > 1.0:
@@ -137,7 +137,7 @@ def weight_of(distance: float, turn: float, phi: float) -> float:
     return (1.0 - (1.0 + math.tanh(2.0 * (distance - phi))) / 2.0) * (1.0 - turn**2)
 
 
-@compiled
+@inlined
 def sensor_model(reading: float, distance: float, weight: float, resolution: float) -> float:
     """Probability that a cell is occupied, by one reading; the error is the reading times the side of a cell."""
     error = resolution * reading
@@ -150,7 +150,7 @@ def sensor_model(reading: float, distance: float, weight: float, resolution: flo
     return 0.5
 
 
-@compiled
+@inlined
 def cost_after(cost: float, sensor: float) -> float:
     """Update a cost by Bayes' rule, and cut it off to a whole number."""
     prior = cost / _LETHAL

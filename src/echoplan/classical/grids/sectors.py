@@ -7,7 +7,7 @@ import numpy as np
 
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.classical.grids.cones import Cones
-from echoplan.compiled import compiled
+from echoplan.compiled import compiled, inlined
 
 __all__ = [
     "Raster",
@@ -110,7 +110,7 @@ def trace_for(cones: Cones, radii: FloatArray, resolution: float) -> Trace:
     return Trace(rows=cells[0], columns=cells[1], distances=np.zeros(most), turns=np.zeros(most))
 
 
-@compiled
+@inlined
 def sector_of(cones: Cones, ping: int, radius: float) -> Sector:
     """Cut the cone of a ping off at a radius."""
     cosine, sine = math.cos(cones.half_apertures[ping]), math.sin(cones.half_apertures[ping])
@@ -126,7 +126,7 @@ def sector_of(cones: Cones, ping: int, radius: float) -> Sector:
     )
 
 
-@compiled
+@inlined
 def heights_of(sector: Sector) -> tuple[float, float]:
     """Find how far a sector goes down and up from its centre [m]."""
     faces_up = sector.right_x >= 0.0 >= sector.left_x
@@ -136,7 +136,7 @@ def heights_of(sector: Sector) -> tuple[float, float]:
     return sector.radius * low, sector.radius * high
 
 
-@compiled
+@inlined
 def widths_of(sector: Sector) -> tuple[float, float]:
     """Find how far a sector goes to the left and to the right from its centre [m]."""
     faces_right = sector.right_y <= 0.0 <= sector.left_y
@@ -160,7 +160,7 @@ def box_about(cones: Cones, radii: FloatArray) -> FloatArray:
     return np.array([[low_x, low_y], [high_x, high_y]])
 
 
-@compiled
+@inlined
 def rows_of(sector: Sector, raster: Raster) -> tuple[int, int]:
     """Find the first row that has a centre within a sector's height, and the one after the last."""
     low, high = heights_of(sector)
@@ -169,7 +169,7 @@ def rows_of(sector: Sector, raster: Raster) -> tuple[int, int]:
     return max(first, 0), min(last + 1, raster.rows)
 
 
-@compiled
+@inlined
 def columns_of(sector: Sector, raster: Raster, row: int) -> tuple[int, int]:
     """Find the first column of a row that has its centre in a sector, and the one after the last."""
     up = raster.y + (row + 0.5) * raster.resolution - sector.y
@@ -189,7 +189,7 @@ def columns_of(sector: Sector, raster: Raster, row: int) -> tuple[int, int]:
     return max(first, 0), min(last + 1, raster.columns)
 
 
-@compiled
+@inlined
 def chord_of(sector: Sector, raster: Raster, row: int, radius: float) -> tuple[int, int]:
     """Find the first column of a row that has its centre in a circle about a sector's centre, and the one after."""
     up = raster.y + (row + 0.5) * raster.resolution - sector.y
@@ -200,7 +200,7 @@ def chord_of(sector: Sector, raster: Raster, row: int, radius: float) -> tuple[i
     return max(math.ceil(start - half), 0), min(math.floor(start + half) + 1, raster.columns)
 
 
-@compiled
+@inlined
 def trace_sector(trace: Trace, raster: Raster, cones: Cones, ping: int, radius: float) -> int:
     """Write down the cells in the cone of a ping up to a radius, row by row, and return how many they are."""
     sector = sector_of(cones, ping, radius)

@@ -7,7 +7,7 @@ from pydantic import Field
 
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.classical.loci.loci import Loci
-from echoplan.compiled import compiled
+from echoplan.compiled import compiled, inlined
 from echoplan.geometry import directions
 from echoplan.settings import Settings
 
@@ -149,7 +149,7 @@ def _carve(points_xy: FloatArray, left: BoolArray, cones: FloatArray) -> BoolArr
     return kept
 
 
-@compiled
+@inlined
 def _is_free(x: float, y: float, cones: FloatArray) -> bool:
     for cone in range(len(cones)):
         dx, dy = x - cones[cone, 0], y - cones[cone, 1]

@@ -4,7 +4,6 @@ Sensors that fire together detect each other's bursts. A late echo of the previo
 this one: it reads too near by half of the distance that sound travels between the two firings.
 """
 
-import math
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -12,7 +11,7 @@ import numpy as np
 from echoplan.acoustics import Air
 from echoplan.acoustics.predicted_echo import Shape, SonarTables, shape_of
 from echoplan.arrays import FloatArray, IntArray
-from echoplan.compiled import compiled
+from echoplan.compiled import inlined
 from echoplan.joint.likelihood.image_sources import (
     Extent,
     Lateness,
@@ -67,36 +66,23 @@ class Emissions(NamedTuple):
     spread: FloatArray
 
 
-@compiled
 def emissions_of(measurements: Measurements, tables: SonarTables) -> Emissions:
     """List the pairs of a ping and a crosstalk source whose path is short enough for a detectable echo."""
-    size, count, stations = measurements.crosstalk_sources.size, 0, len(measurements.centers)
-    pings, crosstalk_sources, travelled = np.empty(size, np.int64), np.empty(size, np.int64), np.empty(size)
-    bounds, spread, farthest = np.zeros(stations + 1, np.int64), np.zeros(stations), farthest_audible(tables)
-    for ping in range(len(measurements.readings)):
-        station, reading = measurements.stations[ping], measurements.readings[ping] * tables.scale
-        x, y = measurements.centers[station]
-        spread[station] = max(spread[station], math.hypot(measurements.x[ping] - x, measurements.y[ping] - y))
-        for beside in range(measurements.crosstalk_sources.shape[1] if math.isfinite(reading) else 0):
-            mate = measurements.crosstalk_sources[ping, beside]
-            depth = reading + _HALF_SPEED * tables.scale * measurements.crosstalk_delays[ping, beside]
-            if mate >= 0 and depth < farthest:
-                pings[count], crosstalk_sources[count], travelled[count] = ping, mate, depth
-                count += 1
-        bounds[station + 1] = count
-    for station in range(stations):
-        bounds[station + 1] = max(bounds[station + 1], bounds[station])
-        here = slice(bounds[station], bounds[station + 1])
-        order = np.argsort(travelled[here])
-        pings[here], crosstalk_sources[here], travelled[here] = (
-            pings[here][order],
-            crosstalk_sources[here][order],
-            travelled[here][order],
-        )
-    return Emissions(pings[:count].copy(), crosstalk_sources[:count].copy(), travelled[:count].copy(), bounds, spread)
+    stations, centers = measurements.stations, measurements.centers
+    away = np.hypot(measurements.x - centers[stations, 0], measurements.y - centers[stations, 1])
+    spread = np.zeros(len(centers))
+    np.maximum.at(spread, stations, away)
+    depths = tables.scale * (measurements.readings[:, None] + _HALF_SPEED * measurements.crosstalk_delays)
+    # A ping without an echo has a reading of infinity.
+    pings, beside = np.nonzero((measurements.crosstalk_sources >= 0) & (depths < farthest_audible(tables)))
+    travelled = depths[pings, beside]
+    order = np.lexsort((travelled, stations[pings]))
+    pings, beside, travelled = pings[order], beside[order], travelled[order]
+    bounds = np.searchsorted(stations[pings], np.arange(len(centers) + 1))
+    return Emissions(pings, measurements.crosstalk_sources[pings, beside], travelled, bounds, spread)
 
 
-@compiled
+@inlined
 def add_crosstalk(
     log_densities: FloatArray,
     inputs: tuple[Measurements, SonarTables, Emissions],
@@ -124,7 +110,7 @@ def add_crosstalk(
             log_densities[ping] = max(log_densities[ping], level)
 
 
-@compiled
+@inlined
 def _nearby(measurements: Measurements, emissions: Emissions, motion: Motion, late: Lateness) -> IntArray:
     """Find the bursts whose path is about as long as that over the walls, and whose image is in front of the sensor.
 
@@ -149,7 +135,7 @@ def _nearby(measurements: Measurements, emissions: Emissions, motion: Motion, la
     return near[:count]
 
 
-@compiled
+@inlined
 def _first_from(values: FloatArray, bounds: tuple[int, int], least: float) -> int:
     """Return the index of the first sorted value within ``bounds`` that is at least ``least``.
 
@@ -165,7 +151,7 @@ def _first_from(values: FloatArray, bounds: tuple[int, int], least: float) -> in
     return low
 
 
-@compiled
+@inlined
 def _over_walls(
     ends: tuple[Point, Point], axes: tuple[Point, Point], route: Route, extents: tuple[Extent, Extent]
 ) -> tuple[bool, Path]:
@@ -182,7 +168,7 @@ def _over_walls(
     return True, (0.5 * length_of(way), out[0], out[1], back[0], back[1])
 
 
-@compiled
+@inlined
 def _first_spot(
     route: Route, extents: tuple[Extent, Extent], ends: tuple[Point, Point], way: Point
 ) -> tuple[bool, Point]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from echoplan.acoustics.predicted_echo import Shape, SonarTables, shape_of
 from echoplan.arrays import FloatArray
-from echoplan.compiled import compiled
+from echoplan.compiled import compiled, inlined
 from echoplan.joint.likelihood.image_sources import (
     Extent,
     Path,
@@ -60,7 +60,7 @@ def ghosts_of_walls(
     return log_densities
 
 
-@compiled
+@inlined
 def add_ghosts_of_walls(
     log_densities: FloatArray,
     inputs: tuple[Measurements, SonarTables],
@@ -81,7 +81,7 @@ def add_ghosts_of_walls(
         _add_images(log_densities, measurements, tables, shapes, extents, scatter)
 
 
-@compiled
+@inlined
 def add_ghosts_of_cylinder(
     log_densities: FloatArray,
     inputs: tuple[Measurements, SonarTables],
@@ -119,7 +119,7 @@ def add_ghosts_of_cylinder(
         )
 
 
-@compiled
+@inlined
 def _add_images(
     log_densities: FloatArray,
     measurements: Measurements,
@@ -145,7 +145,7 @@ def _add_images(
             log_densities[ping] = max(log_densities[ping], level)
 
 
-@compiled
+@inlined
 def _add_vertex(
     log_densities: FloatArray,
     measurements: Measurements,
@@ -169,13 +169,13 @@ def _add_vertex(
             log_densities[ping] = max(log_densities[ping], echo_level(tables, path, reading, -_faded(passing), scatter))
 
 
-@compiled
+@inlined
 def _faces(walls: tuple[Shape, Shape], place: Point) -> bool:
     """Return True if a point lies before both walls."""
     return depth_of(walls[0], place) > 0.0 and depth_of(walls[1], place) > 0.0
 
 
-@compiled
+@inlined
 def _by_two_walls(
     ends: tuple[Point, Point],
     axis: Point,
@@ -198,7 +198,7 @@ def _by_two_walls(
     return True, (depth, out[0], out[1], back[0], back[1])
 
 
-@compiled
+@inlined
 def _crossing(walls: tuple[Shape, Shape]) -> tuple[bool, Point]:
     """Return whether two lines cross, and where [m]."""
     first, second = walls
@@ -210,7 +210,7 @@ def _crossing(walls: tuple[Shape, Shape]) -> tuple[bool, Point]:
     return True, (x, y)
 
 
-@compiled
+@inlined
 def _is_concave(walls: tuple[Shape, Shape], extents: tuple[Extent, Extent], vertex: Point) -> bool:
     """Return True if two walls reach their crossing, and each lies before the other."""
     for own in range(2):
@@ -224,13 +224,13 @@ def _is_concave(walls: tuple[Shape, Shape], extents: tuple[Extent, Extent], vert
     return True
 
 
-@compiled
+@inlined
 def _point(wall: Shape, place: float) -> Point:
     """Return the point at a position along a wall [m]."""
     return wall[3] * wall[1] - place * wall[2], wall[3] * wall[2] + place * wall[1]
 
 
-@compiled
+@inlined
 def _passing(vertex: Point, place: Point, image: Point, wavelength: float) -> float:
     """Return Fresnel's parameter v of a double bounce beside a vertex.
 
@@ -243,14 +243,14 @@ def _passing(vertex: Point, place: Point, image: Point, wavelength: float) -> fl
     return 2.0 * math.sqrt(max(longer, 0.0) / wavelength)
 
 
-@compiled
+@inlined
 def _faded(passing: float) -> float:
     """Return the loss of sound that passes behind a vertex, relative to the echo of the vertex [dB] (ITU-R P.526)."""
     beyond = passing - 0.1
     return 20.0 * math.log10((math.sqrt(beyond * beyond + 1.0) + beyond) / _GRAZING)
 
 
-@compiled
+@inlined
 def _straight(axis: Point, place: Point, point: Point) -> Path:
     """Return the path to a point and back."""
     way = (point[0] - place[0], point[1] - place[1])
@@ -258,7 +258,7 @@ def _straight(axis: Point, place: Point, point: Point) -> Path:
     return length_of(way), cosine, sine, cosine, sine
 
 
-@compiled
+@inlined
 def _reflection_point(center: Point, radius: float, place: Point, other: Point) -> Point:
     """Return the reflection point on a cylinder between two points [m], by iteration to equal angles of both paths."""
     spot = center

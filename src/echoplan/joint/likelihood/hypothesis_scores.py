@@ -7,8 +7,9 @@ import numpy as np
 
 from echoplan.acoustics.predicted_echo import Kind, Shape, shape_of
 from echoplan.arrays import FloatArray, IntArray
-from echoplan.compiled import compiled
+from echoplan.compiled import compiled, inlined
 from echoplan.joint.likelihood.ping_scores import MASKING, PingScores
+from echoplan.kernels import order_of
 from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["HypothesisScore", "Occluders", "missed", "rescore"]
@@ -119,7 +120,7 @@ def _judged(
     return llr_by_station.sum(), low, high, llr_by_station
 
 
-@compiled
+@inlined
 def _by_station(ping_arrays: _PingArrays, scores: _ScoreArrays, log_densities: FloatArray) -> FloatArray:
     """Return the log-likelihood ratio of each station before the occlusion test [nats], shape (s,)."""
     stations, weights, centers = ping_arrays
@@ -137,7 +138,7 @@ def _by_station(ping_arrays: _PingArrays, scores: _ScoreArrays, log_densities: F
     return llr_by_station
 
 
-@compiled
+@inlined
 def _best_run(stations: IntArray, scores: _ScoreArrays, llr_by_station: FloatArray, known: tuple[float, float]) -> None:
     """Keep the contributions of the best contiguous run of stations along a wall, and set the others to zero."""
     count = len(llr_by_station)
@@ -145,19 +146,22 @@ def _best_run(stations: IntArray, scores: _ScoreArrays, llr_by_station: FloatArr
     for ping, foot in zip(scores[0], scores[3]):  # noqa: B905 - numba does not support strict zip
         feet[stations[ping]] += foot
         pings[stations[ping]] += 1.0
-    feet = np.where(pings > 0, feet / np.maximum(pings, 1.0), np.inf)
-    order = np.argsort(feet)[: int((pings > 0).sum())]
+    heard = 0
+    for station in range(count):
+        feet[station] = feet[station] / pings[station] if pings[station] else math.inf
+        heard += pings[station] > 0
+    order = order_of(feet)
     first, last = (
-        _greatest_run(llr_by_station[order])
+        _greatest_run(llr_by_station[order[:heard]])
         if known[0] > known[1]
-        else _run_about(llr_by_station[order], feet[order], known)
+        else _run_about(llr_by_station[order[:heard]], feet[order[:heard]], known)
     )
-    kept = llr_by_station[order[first:last]]
-    llr_by_station[:] = 0.0
-    llr_by_station[order[first:last]] = kept
+    for place in range(count):
+        if not first <= place < last:
+            llr_by_station[order[place]] = 0.0
 
 
-@compiled
+@inlined
 def _greatest_run(llr_by_station: FloatArray) -> tuple[int, int]:
     """Return the start and end index of the run with the greatest sum (Kadane's algorithm)."""
     best, first, last, start, total = 0.0, 0, 0, 0, 0.0
@@ -170,7 +174,7 @@ def _greatest_run(llr_by_station: FloatArray) -> tuple[int, int]:
     return first, last
 
 
-@compiled
+@inlined
 def _run_about(llr_by_station: FloatArray, feet: FloatArray, known: tuple[float, float]) -> tuple[int, int]:
     """Return the run with the greatest sum among those that contain all stations within the known extent."""
     first, last = int(np.searchsorted(feet, known[0])), int(np.searchsorted(feet, known[1]))
@@ -187,7 +191,7 @@ def _run_about(llr_by_station: FloatArray, feet: FloatArray, known: tuple[float,
     return first, last
 
 
-@compiled
+@inlined
 def _extent(stations: IntArray, scores: _ScoreArrays, llr_by_station: FloatArray) -> tuple[float, float]:
     """Return the range of feet along a wall [m] that contributing stations detected; zeros if there are none."""
     low, high = math.inf, -math.inf
@@ -197,7 +201,7 @@ def _extent(stations: IntArray, scores: _ScoreArrays, llr_by_station: FloatArray
     return (low, high) if low <= high else (0.0, 0.0)
 
 
-@compiled
+@inlined
 def _excuse(
     llr_by_station: FloatArray, shape: Shape, centers: FloatArray, frame: tuple[FloatArray, FloatArray]
 ) -> None:
@@ -212,7 +216,7 @@ def _excuse(
                     llr_by_station[station] = 0.0
 
 
-@compiled
+@inlined
 def _hides(screen: Shape, extent: FloatArray, way: tuple[float, float, float, float]) -> bool:
     """Return True if a wall or cylinder blocks a segment (x, y, dx, dy) [m]."""
     if screen[0] == _WALL:
@@ -220,7 +224,7 @@ def _hides(screen: Shape, extent: FloatArray, way: tuple[float, float, float, fl
     return screen[0] == _CYLINDER and _touches(screen, way)
 
 
-@compiled
+@inlined
 def _view(shape: Shape, x: float, y: float) -> tuple[float, float]:
     """Return the vector from a station to a point just before the landmark [m]."""
     if shape[0] == _WALL:
@@ -232,7 +236,7 @@ def _view(shape: Shape, x: float, y: float) -> tuple[float, float]:
     return share * dx, share * dy
 
 
-@compiled
+@inlined
 def _crosses(wall: Shape, extent: FloatArray, way: tuple[float, float, float, float]) -> bool:
     """Return True if a segment (x, y, dx, dy) crosses a wall within its extent and a margin [m]."""
     x, y, dx, dy = way
@@ -244,7 +248,7 @@ def _crosses(wall: Shape, extent: FloatArray, way: tuple[float, float, float, fl
     return 0.0 < share < 1.0 and extent[0] - _MARGIN_WALL < place < extent[1] + _MARGIN_WALL
 
 
-@compiled
+@inlined
 def _touches(cylinder: Shape, way: tuple[float, float, float, float]) -> bool:
     """Return True if a segment (x, y, dx, dy) passes a cylinder within its radius and a margin [m]."""
     x, y, dx, dy = way

@@ -4,7 +4,7 @@ import math
 from typing import TypeAlias
 
 from echoplan.acoustics.predicted_echo import SILENCE, Shape, SonarTables, bistatic_excess_of, walk_of
-from echoplan.compiled import compiled
+from echoplan.compiled import compiled, inlined
 from echoplan.joint.likelihood.ping_scores import NO_ECHO
 
 __all__ = [
@@ -50,7 +50,7 @@ Motion: TypeAlias = tuple[Point, Point, Point]
 Lateness: TypeAlias = tuple[float, float]
 
 
-@compiled
+@inlined
 def echo_level(tables: SonarTables, path: Path, reading: float, strength: float, scatter: float) -> float:
     """Return the log density of a scaled reading [m] by an echo along a path [log 1/m].
 
@@ -67,7 +67,7 @@ def echo_level(tables: SonarTables, path: Path, reading: float, strength: float,
     return math.log(detected / (_ROOT_TAU * scatter)) - 0.5 * (late / scatter) ** 2
 
 
-@compiled
+@inlined
 def lateness(tables: SonarTables, scatter: float) -> Lateness:
     """Return the least and greatest difference of reading and depth for any signal excess: range walk and gate [m]."""
     return tables.walks[0] - _CUT * scatter, tables.walks[1] + _CUT * scatter
@@ -84,32 +84,32 @@ def farthest_audible(tables: SonarTables) -> float:
     return high
 
 
-@compiled
+@inlined
 def depth_of(wall: Shape, place: Point) -> float:
     """Return the distance of a point before a wall [m]; negative behind it."""
     return wall[3] - wall[1] * place[0] - wall[2] * place[1]
 
 
-@compiled
+@inlined
 def length_of(way: Point) -> float:
     """Return the length of a vector; faster than ``hypot``, which guards against overflow."""
     return math.sqrt(way[0] * way[0] + way[1] * way[1])
 
 
-@compiled
+@inlined
 def mirrored(wall: Shape, place: Point) -> Point:
     """Return the mirror image of a point in a wall [m]."""
     depth = 2.0 * depth_of(wall, place)
     return place[0] + depth * wall[1], place[1] + depth * wall[2]
 
 
-@compiled
+@inlined
 def mirroring(wall: Shape) -> Motion:
     """Return the reflection in a wall as a motion."""
     return after(((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)), wall)
 
 
-@compiled
+@inlined
 def after(motion: Motion, wall: Shape) -> Motion:
     """Return a motion followed by the reflection in a wall."""
     (x, y), east, north = motion
@@ -118,7 +118,7 @@ def after(motion: Motion, wall: Shape) -> Motion:
     return zero, (right[0] - zero[0], right[1] - zero[1]), (up[0] - zero[0], up[1] - zero[1])
 
 
-@compiled
+@inlined
 def image_of(motion: Motion, place: Point) -> Point:
     """Apply a motion to a point [m]."""
     zero, right, up = motion
@@ -126,7 +126,7 @@ def image_of(motion: Motion, place: Point) -> Point:
     return x, zero[1] + right[1] * place[0] + up[1] * place[1]
 
 
-@compiled
+@inlined
 def is_near(image: Point, place: Point, reading: float, late: Lateness) -> bool:
     """Return True if half the distance from an image to a sensor agrees with a reading [m] within ``late``.
 
@@ -136,7 +136,7 @@ def is_near(image: Point, place: Point, reading: float, late: Lateness) -> bool:
     return max(reading - late[1], 0.0) ** 2 < 0.25 * (x * x + y * y) < (reading - late[0]) ** 2
 
 
-@compiled
+@inlined
 def strike(wall: Shape, extent: Extent, place: Point, way: Point) -> tuple[bool, Point]:
     """Return whether the segment from ``place`` by ``way`` crosses a wall within its extent, and where [m]."""
     slope = wall[1] * way[0] + wall[2] * way[1]
@@ -147,7 +147,7 @@ def strike(wall: Shape, extent: Extent, place: Point, way: Point) -> tuple[bool,
     return 0.0 < share < 1.0 and extent[0] < wall[1] * spot[1] - wall[2] * spot[0] < extent[1], spot
 
 
-@compiled
+@inlined
 def turned(axis: Point, way: Point) -> Point:
     """Return cosine and sine of the angle from a unit vector to any vector."""
     length = length_of(way) + 1e-12

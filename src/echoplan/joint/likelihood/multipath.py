@@ -9,13 +9,14 @@ import numpy as np
 
 from echoplan.acoustics.predicted_echo import Kind, SonarTables
 from echoplan.arrays import FloatArray, IntArray
-from echoplan.compiled import compiled
+from echoplan.compiled import compiled, inlined
 from echoplan.joint.likelihood.crosstalk import Emissions, add_crosstalk, emissions_of
 from echoplan.joint.likelihood.double_bounces import add_ghosts_of_cylinder, add_ghosts_of_walls
 from echoplan.joint.likelihood.hypothesis import Hypothesis, Key
 from echoplan.joint.likelihood.image_sources import Extent, farthest_audible
 from echoplan.joint.likelihood.ping_scores import NO_ECHO
 from echoplan.joint.likelihood.ray_cone_returns import flanks_of
+from echoplan.kernels import doubled
 from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["STRETCH", "Multipath", "Part", "reflecting"]
@@ -181,15 +182,16 @@ def _cast(
         ends = reflecting(pair, ((extents[one, 0], extents[one, 1]), (extents[other, 0], extents[other, 1])))
         _cast_by(log_densities, (measurements, tables, emissions), pair, ends, noise)
         if count + len(log_densities) > len(pings):
-            pings, densities = np.append(pings, np.empty_like(pings)), np.append(densities, np.empty_like(densities))
-        for ping in np.flatnonzero(log_densities > NO_ECHO):
-            pings[count], densities[count], log_densities[ping] = ping, log_densities[ping], NO_ECHO
-            count += 1
+            pings, densities = doubled(pings), doubled(densities)
+        for ping in range(len(log_densities)):
+            if log_densities[ping] > NO_ECHO:
+                pings[count], densities[count], log_densities[ping] = ping, log_densities[ping], NO_ECHO
+                count += 1
         bounds[number + 1] = count
     return bounds, pings[:count].copy(), densities[:count].copy()
 
 
-@compiled
+@inlined
 def _cast_by(
     log_densities: FloatArray,
     inputs: tuple[Measurements, SonarTables, Emissions],
@@ -225,7 +227,7 @@ def reflecting(walls: tuple[FloatArray, FloatArray], extents: tuple[Extent, Exte
     )
 
 
-@compiled
+@inlined
 def _stretched(extent: Extent, place: float) -> Extent:
     """Return an extent enlarged by ``STRETCH`` and up to a crossing near its ends; ``nan`` stands for no crossing."""
     low, high = extent[0] - STRETCH, extent[1] + STRETCH

@@ -137,7 +137,9 @@ def _without_each(
 ) -> FloatArray:
     """Return, for each landmark, the best log densities of all parts that do not involve it, shape (f, n)."""
     left_out = np.empty((features, len(bare)))
-    left_out[:] = bare
+    for number in range(features):
+        for ping in range(len(bare)):
+            left_out[number, ping] = bare[ping]
     for entry in range(len(pings)):
         ping, level = pings[entry], log_densities[entry]
         for number in range(features):

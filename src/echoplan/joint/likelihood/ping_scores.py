@@ -17,7 +17,7 @@ from echoplan.acoustics.predicted_echo import (
 )
 from echoplan.acoustics.views import in_view, views_of
 from echoplan.arrays import BoolArray, FloatArray, IntArray
-from echoplan.compiled import compiled
+from echoplan.compiled import compiled, inlined
 from echoplan.preprocessing.measurements import Measurements
 
 __all__ = [
@@ -90,7 +90,7 @@ NO_PING_SCORES = PingScores(
 )
 
 
-@compiled
+@inlined
 def detection_probability(excess: float) -> float:
     """Return the probability that an echo of this signal excess [dB] crosses the threshold.
 
@@ -136,7 +136,7 @@ def score_pings(measurements: Measurements, tables: SonarTables, reflector: Floa
     )
 
 
-@compiled
+@inlined
 def _ask(
     tables: SonarTables, geometry: EchoGeometry, detected: float, limits: tuple[float, float], noise: float
 ) -> tuple[bool, bool, bool, float, float]:
@@ -154,13 +154,13 @@ def _ask(
     return True, within and excess > 0.0, late > -MASKING, log_density(late, scatter, excess), within * miss
 
 
-@compiled
+@inlined
 def noise_of(excess: float, noise: float) -> float:
     """Return the standard deviation of readings of this signal excess [dB], which is greater near the threshold [m]."""
     return noise * _SCATTER if excess < UNCERTAIN else noise
 
 
-@compiled
+@inlined
 def log_density(late: float, scatter: float, excess: float) -> float:
     """Return the log density of a reading later than expected by ``late`` [m], including its detection [log 1/m]."""
     if abs(late) >= _NEAR * scatter:
@@ -168,7 +168,7 @@ def log_density(late: float, scatter: float, excess: float) -> float:
     return math.log(detection_probability(excess) / (_ROOT_TAU * scatter)) - 0.5 * (late / scatter) ** 2
 
 
-@compiled
+@inlined
 def log_non_detection(excess: float) -> float:
     """Return the log probability that an echo of this signal excess [dB] is not detected."""
     return _SURE_MISS if excess > _SURE else math.log(max(1.0 - _HEARD * detection_probability(excess), _WRONG))

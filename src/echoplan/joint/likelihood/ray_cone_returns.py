@@ -11,7 +11,7 @@ import numpy as np
 
 from echoplan.acoustics.predicted_echo import Kind, Shape, SonarTables, shape_of
 from echoplan.arrays import FloatArray
-from echoplan.compiled import compiled
+from echoplan.compiled import compiled, inlined
 from echoplan.joint.likelihood.image_sources import Extent, Point, depth_of
 from echoplan.joint.likelihood.ping_scores import NO_ECHO
 from echoplan.preprocessing.measurements import Measurements
@@ -55,7 +55,7 @@ def flanks_of(
     return log_densities
 
 
-@compiled
+@inlined
 def _met(shape: Shape, extent: Extent, place: Point, ray: Point) -> tuple[float, float]:
     """Return the length of a ray to a landmark [m], ``inf`` if it misses, and the cosine of its incidence."""
     if shape[0] == _WALL:

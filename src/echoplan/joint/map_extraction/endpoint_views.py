@@ -6,7 +6,7 @@ import numpy as np
 
 from echoplan.acoustics.predicted_echo import Ping, Shape, SonarTables, echo_geometry, excess_of, shape_of, walk_of
 from echoplan.arrays import FloatArray, IntArray
-from echoplan.compiled import compiled
+from echoplan.compiled import compiled, inlined
 from echoplan.geometry import directions
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
@@ -65,7 +65,7 @@ def _log_ratios(
     return ratios
 
 
-@compiled
+@inlined
 def _log_ratio(
     tables: SonarTables,
     shape: Shape,

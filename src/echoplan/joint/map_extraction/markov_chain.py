@@ -36,25 +36,25 @@ def smoothed(cells: FloatArray, ends: FloatArray, stay: FloatArray) -> Chain:
     of an upper end at each border, ``stay`` of no end outside (0) and inside (1) of walls, both of shape (2, n - 1)
     [nats].
     """
-    return Chain(*_marginals(cells, ends, stay))
+    forward, backward = _messages(cells, ends, stay)
+    total = np.logaddexp(*forward[-1])
+    rising = forward[:-1, 0] + ends[0] + cells[1:] + backward[1:, 1]
+    falling = forward[:-1, 1] + ends[1] + backward[1:, 0]
+    return Chain(wall=np.exp(forward[:, 1] + backward[:, 1] - total), ends=np.exp(np.stack([rising, falling]) - total))
 
 
 @compiled
-def _marginals(cells: FloatArray, ends: FloatArray, stay: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the marginals of cells, shape (n,), and of ends, shape (2, n - 1); state 0 is no wall, 1 is wall."""
+def _messages(cells: FloatArray, ends: FloatArray, stay: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the log messages from both sides of a line to each cell, shape (n, 2); state 0 is no wall, 1 is wall."""
     count = len(cells)
     forward, backward = np.zeros((count, 2)), np.zeros((count, 2))
     forward[0, 1] = cells[0]
     for cell in range(1, count):
-        none, wall = forward[cell - 1]
+        none, wall = forward[cell - 1, 0], forward[cell - 1, 1]
         forward[cell, 0] = np.logaddexp(none + stay[0, cell - 1], wall + ends[1, cell - 1])
         forward[cell, 1] = np.logaddexp(none + ends[0, cell - 1], wall + stay[1, cell - 1]) + cells[cell]
     for cell in range(count - 2, -1, -1):
         none, wall = backward[cell + 1, 0], backward[cell + 1, 1] + cells[cell + 1]
         backward[cell, 0] = np.logaddexp(stay[0, cell] + none, ends[0, cell] + wall)
         backward[cell, 1] = np.logaddexp(ends[1, cell] + none, stay[1, cell] + wall)
-    total = np.logaddexp(forward[-1, 0], forward[-1, 1])
-    marginals = np.empty((2, count - 1))
-    marginals[0] = np.exp(forward[:-1, 0] + ends[0] + cells[1:] + backward[1:, 1] - total)
-    marginals[1] = np.exp(forward[:-1, 1] + ends[1] + backward[1:, 0] - total)
-    return np.exp(forward[:, 1] + backward[:, 1] - total), marginals
+    return forward, backward

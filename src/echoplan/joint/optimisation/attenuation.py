@@ -14,7 +14,7 @@ import numpy as np
 
 from echoplan.acoustics.predicted_echo import Kind, Shape, SonarTables, excess_of, shape_of, walk_of
 from echoplan.arrays import BoolArray, FloatArray
-from echoplan.compiled import compiled
+from echoplan.compiled import compiled, inlined
 from echoplan.joint.optimisation.edge_diffraction import WallExtent
 from echoplan.joint.optimisation.hit_window import RIM, log_chance, outcome_of
 from echoplan.joint.optimisation.range_factors import Features, extent_of, predict_and_residual
@@ -49,7 +49,7 @@ def _attenuations(measurements: Measurements, tables: SonarTables, features: Fea
         log_likelihoods, excesses = _likelihoods(measurements, tables, features, feature)
         past = _past(measurements, features, feature)
         if features.reflectors[feature, 0] == _WALL:
-            bias_variances[feature] = _bias_variances(tables, log_likelihoods, excesses)
+            _bias_variances(bias_variances[feature], tables, log_likelihoods, excesses)
         for station in range(len(log_likelihoods)):
             if past[station]:
                 attenuations[feature, station] = np.inf
@@ -60,23 +60,23 @@ def _attenuations(measurements: Measurements, tables: SonarTables, features: Fea
     return attenuations, bias_variances
 
 
-@compiled
-def _bias_variances(tables: SonarTables, log_likelihoods: FloatArray, excesses: FloatArray) -> FloatArray:
-    """Return the variance of the range walk of a wall under the posterior of its attenuation [m^2], shape (s,)."""
-    bias_variances = np.zeros(len(log_likelihoods))
+@inlined
+def _bias_variances(
+    bias_variances: FloatArray, tables: SonarTables, log_likelihoods: FloatArray, excesses: FloatArray
+) -> None:
+    """Set the variance of the range walk of a wall under the posterior of its attenuation [m^2], shape (s,)."""
     for station in range(len(log_likelihoods)):
-        total, mean, square = 0.0, 0.0, 0.0
+        total, mean, square, greatest = 0.0, 0.0, 0.0, log_likelihoods[station, 0]
         for attenuation in range(_ATTENUATIONS):
-            chance = math.exp(
-                log_likelihoods[station, attenuation] - log_likelihoods[station].max() - (_RARE if attenuation else 0.0)
-            )
+            greatest = max(greatest, log_likelihoods[station, attenuation])
+        for attenuation in range(_ATTENUATIONS):
+            chance = math.exp(log_likelihoods[station, attenuation] - greatest - (_RARE if attenuation else 0.0))
             walk = walk_of(tables, excesses[station] - attenuation)
             total, mean, square = total + chance, mean + chance * walk, square + chance * walk * walk
         bias_variances[station] = max(square / total - (mean / total) ** 2, 0.0)
-    return bias_variances
 
 
-@compiled
+@inlined
 def _past(measurements: Measurements, features: Features, feature: int) -> BoolArray:
     """Return which stations stand past an end of a wall, shape (s,); none if no other station detected the wall."""
     shape, reach = shape_of(features.reflectors[feature]), extent_of(features, feature)
@@ -87,14 +87,14 @@ def _past(measurements: Measurements, features: Features, feature: int) -> BoolA
     return past if others else np.zeros_like(past)
 
 
-@compiled
+@inlined
 def _is_past(shape: Shape, reach: WallExtent, center_xy: FloatArray) -> bool:
     """Return whether a station stands past the end of a wall, so that its echo may be diffraction at the edge."""
     foot = shape[1] * center_xy[1] - shape[2] * center_xy[0]
     return bool(shape[0] == _WALL and not reach[2] <= foot <= reach[3])
 
 
-@compiled
+@inlined
 def _likelihoods(
     measurements: Measurements, tables: SonarTables, features: Features, feature: int
 ) -> tuple[FloatArray, FloatArray]:
@@ -124,7 +124,7 @@ def _likelihoods(
     return log_likelihoods, excesses / np.maximum(hits, 1.0)
 
 
-@compiled
+@inlined
 def _add(log_likelihoods: FloatArray, outcome: float, excess: float, weight: float) -> None:
     """Add the log-likelihood of a detection (outcome 1) or non-detection (-1) under each attenuation."""
     for attenuation in range(_ATTENUATIONS):

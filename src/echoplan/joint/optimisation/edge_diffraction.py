@@ -17,7 +17,7 @@ from echoplan.acoustics.predicted_echo import (
     walk_of,
 )
 from echoplan.arrays import FloatArray
-from echoplan.compiled import compiled
+from echoplan.compiled import compiled, inlined
 
 __all__ = ["WallExtent", "diffracted", "diffracted_jacobian", "edges_of", "is_ended"]
 
@@ -55,14 +55,14 @@ def edges_of(reflectors: FloatArray, extents: FloatArray) -> FloatArray:
     return ends
 
 
-@compiled
+@inlined
 def is_ended(shape: Shape, place: Ping, reach: WallExtent) -> bool:
     """Return whether a sensor is so near an end of a wall, or past it, that diffraction matters; False for others."""
     foot = shape[1] * place[1] - shape[2] * place[0]
     return bool(shape[0] == _WALL and max(reach[2] - foot, foot - reach[3]) > -_ZONE)
 
 
-@compiled
+@inlined
 def diffracted(geometry: EchoGeometry, below: float, above: float, wavelength: float) -> EchoGeometry:
     """Return the sight of a wall with the knife-edge loss of ITU-R P.526 and, past its end, along the path to the end.
 
@@ -83,7 +83,7 @@ def diffracted(geometry: EchoGeometry, below: float, above: float, wavelength: f
     return away, cosine * ahead + sine * aside, sine * ahead - cosine * aside, distance, strength
 
 
-@compiled
+@inlined
 def diffracted_jacobian(
     tables: SonarTables,
     shape: Shape,
@@ -115,12 +115,12 @@ def diffracted_jacobian(
     return int(ends[side, 5])
 
 
-@compiled
+@inlined
 def _read(tables: SonarTables, geometry: EchoGeometry, attenuation: float) -> float:
     return geometry[0] + walk_of(tables, excess_of(tables, geometry) - attenuation)
 
 
-@compiled
+@inlined
 def _meet(reflectors: FloatArray, extents: FloatArray, ends: FloatArray, one: int, other: int) -> None:
     """Set the ends of two walls to the edge that they form, if any, unless other edges shorten them more."""
     turn = reflectors[other, 1] - reflectors[one, 1]
@@ -137,14 +137,14 @@ def _meet(reflectors: FloatArray, extents: FloatArray, ends: FloatArray, one: in
         _end(ends[other], 1 - side, beyond, reflectors[other, 2], (ahead, -across), one)
 
 
-@compiled
+@inlined
 def _reaches(extent: FloatArray, side: int, place: float) -> bool:
     """Return whether the extent of a wall ends near a position on its lower (0) or upper (1) side."""
     gap = extent[0] - place if side == 0 else place - extent[1]
     return bool(-_PAST < gap < _BEFORE)
 
 
-@compiled
+@inlined
 def _end(ends: FloatArray, side: int, place: float, offset: float, turn: tuple[float, float], neighbour: int) -> None:
     """Set an end of a wall to its crossing with a neighbour, turned by this cosine and sine, unless it ends before."""
     if (place > ends[side, 0]) != (side == 0):

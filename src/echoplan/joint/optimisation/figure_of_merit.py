@@ -10,7 +10,7 @@ import numpy as np
 from echoplan.acoustics.beam import two_way_loss
 from echoplan.acoustics.predicted_echo import EchoModel, Kind, Shape, echo_geometry, shape_of
 from echoplan.arrays import BoolArray, FloatArray
-from echoplan.compiled import compiled
+from echoplan.compiled import compiled, inlined
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.preprocessing.measurements import Measurements
 
@@ -112,7 +112,7 @@ def _faced(measurements: Measurements, reflector: FloatArray, extent: tuple[floa
     return rows[:count].copy()
 
 
-@compiled
+@inlined
 def _within(shape: Shape, extent: tuple[float, float], x: float, y: float) -> bool:
     """Return whether a position lies in front of the extent of a wall; True for other kinds."""
     return shape[0] != _WALL or extent[0] + _EARLY <= shape[1] * y - shape[2] * x <= extent[1] - _EARLY

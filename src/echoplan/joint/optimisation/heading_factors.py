@@ -12,7 +12,7 @@ import numpy as np
 
 from echoplan.acoustics.predicted_echo import EchoGeometry, Kind, SonarTables, excess_of, shape_of, walk_of
 from echoplan.arrays import FloatArray, IntArray
-from echoplan.compiled import compiled
+from echoplan.compiled import compiled, inlined
 from echoplan.geometry import wrap
 from echoplan.joint.optimisation.factors import LinearFactor
 from echoplan.joint.optimisation.hit_window import RIM, log_chance, outcome_of
@@ -143,7 +143,7 @@ def _likelihoods(
     return likelihoods, angles / hits
 
 
-@compiled
+@inlined
 def _add(
     log_likelihoods: FloatArray, tables: SonarTables, geometry: EchoGeometry, asked: tuple[float, float, float]
 ) -> None:

@@ -2,7 +2,7 @@
 
 import math
 
-from echoplan.compiled import compiled
+from echoplan.compiled import inlined
 from echoplan.joint.likelihood.ping_scores import detection_probability
 
 __all__ = ["RIM", "log_chance", "outcome_of"]
@@ -19,7 +19,7 @@ _FADED = 5.0
 _EARLY, _LATE, _BEHIND = -0.02, 0.02, 0.04
 
 
-@compiled
+@inlined
 def outcome_of(late: float, faintest: float) -> float:
     """Return 1 for a detection, -1 for a non-detection, 0 if a nearer echo masks the landmark or if it is unclear.
 
@@ -30,7 +30,7 @@ def outcome_of(late: float, faintest: float) -> float:
     return -1.0 if late > faintest + _BEHIND else 0.0
 
 
-@compiled
+@inlined
 def log_chance(excess: float) -> float:
     """Return the log probability of detection at this signal excess [dB]; at its negative, of non-detection."""
     if abs(excess) > _FADED:

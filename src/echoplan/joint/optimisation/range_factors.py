@@ -19,7 +19,7 @@ from echoplan.acoustics.predicted_echo import (
     walk_of,
 )
 from echoplan.arrays import FloatArray, IntArray
-from echoplan.compiled import compiled
+from echoplan.compiled import compiled, inlined
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.optimisation.edge_diffraction import WallExtent, diffracted, diffracted_jacobian, edges_of, is_ended
 from echoplan.joint.optimisation.layout import (
@@ -165,14 +165,14 @@ def residuals_of(measurements: Measurements, tables: SonarTables, features: Feat
     return residuals
 
 
-@compiled
+@inlined
 def extent_of(features: Features, number: int) -> WallExtent:
     """Return the bounds of the detected extent of a wall, and the positions of its edges [m]."""
     extent, ends = features.extents[number], features.ends[number]
     return extent[0], extent[1], ends[0, 0], ends[1, 0]
 
 
-@compiled
+@inlined
 def predict_and_residual(
     shape: Shape, reach: WallExtent, place: Ping, reading: float, wavelength: float
 ) -> tuple[EchoGeometry, float]:
@@ -221,7 +221,8 @@ def range_jacobian(
             neighbours[row] = diffracted_jacobian(tables, shape, place, end, filled)
         else:
             differentiate(tables, shape, place, own, attenuation)
-        jacobian[row, LANDMARK_COLUMNS:NEIGHBOUR_COLUMNS] = own[:3]
+        for axis in range(3):
+            jacobian[row, LANDMARK_COLUMNS + axis], jacobian[row, POSE_COLUMNS + axis] = own[axis], own[3 + axis]
         walk_per_gain = (walk_of(tables, association.excesses[ping]) - offset) / gain
         jacobian[row, _RANGE_OFFSET] = 1.0
         jacobian[row, _WALK_GAIN] = walk_per_gain
@@ -233,10 +234,9 @@ def range_jacobian(
         jacobian[row, _FIGURE_OF_MERIT], jacobian[row, _LOG_KA] = own[6] - tables.reference, own[7]
         # The derivative of w^k by k is w^k ln w = w^k ln(w^k) / k.
         jacobian[row, _WALK_EXPONENT] = gain * (_bend(walk_per_gain + reference) - bent_reference) / exponent
-        jacobian[row, POSE_COLUMNS:] = own[3:6]
     return jacobian, neighbours
 
 
-@compiled
+@inlined
 def _bend(walk: float) -> float:
     return walk * math.log(walk) if walk > 0.0 else 0.0

@@ -12,7 +12,7 @@ import numpy as np
 
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import BoolArray, FloatArray, IntArray
-from echoplan.compiled import compiled
+from echoplan.compiled import compiled, inlined
 from echoplan.geometry import directions, rotation_step
 from echoplan.joint.arcs import arc_planes
 from echoplan.joint.estimate import Estimate
@@ -156,7 +156,7 @@ def _log_likelihood(planes: _Planes, reach: float, gain: float, offset: float) -
     return total
 
 
-@compiled
+@inlined
 def _of_one_wall(
     away: complex, normals: tuple[complex, complex], depths: tuple[float, float], sigmas: tuple[float, float]
 ) -> float:
@@ -174,7 +174,7 @@ def _of_one_wall(
     return math.exp(-exponent) / (2.0 * math.pi * math.sqrt(variance * between))
 
 
-@compiled
+@inlined
 def _of_one_point(
     away: complex, normals: tuple[complex, complex], depths: tuple[float, float], sigmas: tuple[float, float]
 ) -> float:

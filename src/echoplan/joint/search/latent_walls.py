@@ -14,7 +14,7 @@ import numpy as np
 
 from echoplan.acoustics.predicted_echo import Kind, SonarTables
 from echoplan.arrays import FloatArray, IntArray
-from echoplan.compiled import compiled
+from echoplan.compiled import compiled, inlined
 from echoplan.joint.likelihood.double_bounces import ghosts_of_walls
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.image_sources import Extent, Point
@@ -118,7 +118,7 @@ def _best_echoes(
     return most, echoes
 
 
-@compiled
+@inlined
 def _corners(
     few: Measurements, tables: SonarTables, known: _Known, loudest: _StrongestEcho, bare: FloatArray, noise: float
 ) -> tuple[FloatArray, FloatArray]:
@@ -143,7 +143,7 @@ def _corners(
     return corners, llr_by_station
 
 
-@compiled
+@inlined
 def _refined(
     few: Measurements, tables: SonarTables, wall: FloatArray, corner: Corner, bare: FloatArray, noise: float
 ) -> tuple[float, FloatArray]:
@@ -163,7 +163,7 @@ def _refined(
     return gain, log_densities
 
 
-@compiled
+@inlined
 def _gain(few: Measurements, log_densities: FloatArray, bare: FloatArray) -> float:
     """Return the weighted gain in log density over ``bare`` [nats]."""
     gain = 0.0
@@ -172,7 +172,7 @@ def _gain(few: Measurements, log_densities: FloatArray, bare: FloatArray) -> flo
     return gain
 
 
-@compiled
+@inlined
 def _echoes(few: Measurements, tables: SonarTables, wall: FloatArray, corner: Corner, noise: float) -> FloatArray:
     """Return the log density of each reading by double bounces over both walls of a corner [log 1/m]."""
     x, y, side = math.cos(wall[1]), math.sin(wall[1]), corner.side
@@ -184,7 +184,7 @@ def _echoes(few: Measurements, tables: SonarTables, wall: FloatArray, corner: Co
     return ghosts_of_walls(few, tables, (wall, other), (_ending(corner.place, side), _ending(place, -side)), noise)
 
 
-@compiled
+@inlined
 def _ending(place: float, side: float) -> Extent:
     """Return the reflecting part of a wall that ends at a corner [m]."""
     return (place - _LONG, place + _PAST) if side > 0.0 else (place - _PAST, place + _LONG)

@@ -17,8 +17,9 @@ from echoplan.acoustics.predicted_echo import (
     walk_of,
 )
 from echoplan.arrays import FloatArray, IntArray
-from echoplan.compiled import compiled
+from echoplan.compiled import compiled, inlined
 from echoplan.joint.landmarks import PARAMETERS
+from echoplan.kernels import solve_small
 from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["AnnealingSchedule", "approach", "refine"]
@@ -83,7 +84,7 @@ def refine(
     return moved
 
 
-@compiled
+@inlined
 def _gathered(measurements: Measurements, tables: SonarTables, shape: Shape, pings: IntArray, band: float) -> IntArray:
     """Return the pings whose readings are near a landmark, with a margin for steps and range walk."""
     near, count = np.empty(len(pings), np.int64), 0
@@ -98,7 +99,7 @@ def _gathered(measurements: Measurements, tables: SonarTables, shape: Shape, pin
     return near[:count].copy()
 
 
-@compiled
+@inlined
 def _step(
     measurements: Measurements,
     tables: SonarTables,
@@ -126,4 +127,4 @@ def _step(
         return np.zeros(3)
     for axis in range(3):
         normal[axis, axis] += (noise / _HOLD[axis]) ** 2 + 1e-3
-    return np.linalg.solve(normal, right)  # type: ignore[return-value]  # NumPy does not declare that the type is kept
+    return solve_small(normal, right)

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from echoplan.acoustics.predicted_echo import Kind, Shape, SonarTables, shape_of
 from echoplan.arrays import BoolArray, FloatArray, IntArray
-from echoplan.compiled import compiled
+from echoplan.compiled import compiled, inlined
 from echoplan.geometry import compose, directions, wrap
 from echoplan.joint.arcs import Arc, arc_planes
 from echoplan.joint.likelihood.hypothesis import Hypothesis
@@ -242,7 +242,7 @@ def _scores(
     return scores
 
 
-@compiled
+@inlined
 def _sensor_position(scan: LocalScan, arc: int, pose: tuple[float, float, float, float]) -> tuple[float, float]:
     """Return the sensor position of an arc [m] if the robot is at a pose (x, y, cosine and sine of yaw)."""
     x, y, cosine, sine = pose
@@ -250,12 +250,12 @@ def _sensor_position(scan: LocalScan, arc: int, pose: tuple[float, float, float,
     return x + cosine * ahead - sine * left, y + sine * ahead + cosine * left
 
 
-@compiled
+@inlined
 def _wrapped(angle: float) -> float:
     return angle - _CIRCLE * math.floor(angle / _CIRCLE + 0.5)
 
 
-@compiled
+@inlined
 def _depth(shape: Shape, extent: tuple[float, float], x: float, y: float) -> float:
     """Return the depth of a landmark from a point [m]; infinite beside the extent of a wall."""
     if shape[0] == _WALL:
@@ -264,7 +264,7 @@ def _depth(shape: Shape, extent: tuple[float, float], x: float, y: float) -> flo
     return math.hypot(shape[1] - x, shape[2] - y) - shape[3]
 
 
-@compiled
+@inlined
 def _direction(shape: Shape, x: float, y: float) -> float:
     """Return the bearing of the specular point of a landmark from a position [rad]."""
     return math.atan2(shape[2], shape[1]) if shape[0] == _WALL else math.atan2(shape[2] - y, shape[1] - x)

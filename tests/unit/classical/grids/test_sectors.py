@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from echoplan.classical.grids import Raster, box_about, chosen_cones, trace_for, trace_sector
+from echoplan.classical.grids import Raster, box_about, chosen_cones, trace_for
+from echoplan.classical.grids.sectors import trace_sector
 from helpers import cells
 
 RASTER = Raster(-4.0, -4.0, 0.1, 80, 80)
