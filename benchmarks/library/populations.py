@@ -1,0 +1,75 @@
+"""Kinds of simulated recordings on which two versions of the estimator are compared."""
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from echoplan.model import Rig, Sweep, Truth
+from echoplan.simulation import Simulation
+from library.flats import random_flat
+from library.heads import measured_by_hand, simulate_head
+from library.ray_cones import cast, with_cones
+from library.rooms import random_drive, random_simulation
+
+__all__ = ["POPULATIONS", "Population", "Recording", "by_hand", "rays"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Recording:
+    """Sweeps with the rig that made them and the truth: what ``write_recording`` and ``write_truth`` write."""
+
+    name: str
+    rig: Rig
+    sweeps: tuple[Sweep, ...]
+    truth: Truth
+
+    def __len__(self) -> int:
+        """Count the sweeps."""
+        return len(self.sweeps)
+
+    def __iter__(self) -> Iterator[Sweep]:
+        """Yield the sweeps."""
+        return iter(self.sweeps)
+
+
+def by_hand(seed: int) -> Recording:
+    """Measure places with tape and eye, with a head whose servo is off."""
+    _, simulation = simulate_head(seed, gain=0.1, offset=10.0)
+    return _recorded(simulation, measured_by_hand(list(simulation), seed))
+
+
+def rays(seed: int) -> Recording:
+    """Cast fans of rays instead of sound."""
+    simulation = random_simulation(seed)
+    rig = with_cones(simulation.rig, math.radians(15.0))
+    sweeps = cast(tuple(simulation), simulation.world, rig, rays=31, noise=0.002, rng=np.random.default_rng(seed))
+    return _recorded(simulation, sweeps, rig)
+
+
+def _recorded(simulation: Simulation, sweeps: list[Sweep], rig: Rig | None = None) -> Recording:
+    return Recording(name=simulation.name, rig=rig or simulation.rig, sweeps=tuple(sweeps), truth=simulation.truth)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Population:
+    """Recordings of one kind: how one is made from its seed, how many there are, and how poses are treated."""
+
+    make: Callable[[int], Simulation | Recording]
+    size: int
+    poses: str = "auto"
+
+    def seeds(self, *, hold_out: bool) -> range:
+        """Return the seeds; those of the hold-out are not looked at while a number or a rule is chosen."""
+        first = 1000 if hold_out else 0
+        return range(first, first + self.size)
+
+
+POPULATIONS: Mapping[str, Population] = {
+    "rooms": Population(make=random_simulation, size=100),
+    "drives": Population(make=random_drive, size=50, poses="correct"),
+    "by hand": Population(make=by_hand, size=24),
+    "rays": Population(make=rays, size=24),
+    "flats": Population(make=random_flat, size=12),
+}
