@@ -7,6 +7,7 @@ import inspect
 import pkgutil
 import re
 import runpy
+import subprocess
 from collections import Counter
 from collections.abc import Callable, Iterator
 from enum import Enum
@@ -376,3 +377,11 @@ def test_no_file_names_the_place_where_it_was_written() -> None:
         text = path.read_text(encoding="utf-8")
         found += [f"{path.relative_to(ROOT)}: {word}" for word in ("/work/", "session", "/.library") if word in text]
     assert not found
+
+
+def test_no_file_of_the_repository_is_larger_than_200_kb() -> None:
+    if not (ROOT / ".git").exists():
+        pytest.skip("this is no git repository")
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, check=True, capture_output=True, text=True)
+    paths = [ROOT / name for name in listed.stdout.split("\0") if name]
+    assert [path.name for path in paths if path.exists() and path.stat().st_size > 200_000] == []

@@ -101,8 +101,9 @@ def _bounds(features: Sequence[_Error], simulation: Simulation, sweeps: Sequence
         bias_variances=np.zeros((len(features), len(sweeps))),
         ends=edges_of(reflectors, extents),
     )
+    hard = np.zeros(len(features), dtype=bool)
     # What no method knows of shadows is no nuisance to the bound.
-    everything = shadowed(measurements, model.tabulated(), everything)._replace(
+    everything = shadowed(measurements, model.tabulated(), everything, hard)._replace(
         bias_variances=everything.bias_variances
     )
     start = Values(features=everything, model=model)

@@ -2,18 +2,18 @@
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from echoplan.model import Rig, Sweep, Truth
+from echoplan.model import Polyline, Rig, Sweep, Truth
 from echoplan.simulation import Simulation
 from library.flats import random_flat
 from library.heads import measured_by_hand, simulate_head
 from library.ray_cones import cast, with_cones
 from library.rooms import random_drive, random_simulation
 
-__all__ = ["POPULATIONS", "Population", "Recording", "by_hand", "rays"]
+__all__ = ["POPULATIONS", "Population", "Recording", "by_hand", "rays", "soft_room"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,6 +48,22 @@ def rays(seed: int) -> Recording:
     return _recorded(simulation, sweeps, rig)
 
 
+def soft(seed: int) -> Simulation:
+    """Let one wall of a random room be a curtain, a sofa or foam."""
+    rng = np.random.default_rng((seed, 13))
+    side, material = int(rng.integers(4)), str(rng.choice(["curtain", "upholstery", "foam"]))
+    return soft_room(random_simulation(seed), side=side, material=material)
+
+
+def soft_room(simulation: Simulation, *, side: int, material: str) -> Simulation:
+    """Make one side of the first outline of a room of a material."""
+    room, *others = simulation.world.polylines
+    points = np.roll(room.points_xy, -side, axis=0)
+    wall = Polyline(points_xy=points[:2], material=material)
+    rest = Polyline(points_xy=np.vstack([points[1:], points[:1]]))
+    return replace(simulation, world=replace(simulation.world, polylines=(rest, wall, *others)))
+
+
 def _recorded(simulation: Simulation, sweeps: list[Sweep], rig: Rig | None = None) -> Recording:
     return Recording(name=simulation.name, rig=rig or simulation.rig, sweeps=tuple(sweeps), truth=simulation.truth)
 
@@ -71,5 +87,6 @@ POPULATIONS: Mapping[str, Population] = {
     "drives": Population(make=random_drive, size=50, poses="correct"),
     "by hand": Population(make=by_hand, size=24),
     "rays": Population(make=rays, size=24),
+    "soft walls": Population(make=soft, size=24),
     "flats": Population(make=random_flat, size=12),
 }

@@ -51,6 +51,7 @@ def walls(draw: st.DrawFn) -> Wall:
         endpoints_xy=ends,
         endpoint_sigmas=np.array(draw(st.tuples(*2 * [sizes | st.just(np.nan)]))),
         inferred=np.array(draw(st.tuples(*2 * [sizes | st.just(0.0)]))),
+        reflection_loss=draw(st.just(0.0) | st.floats(1.0, 30.0)),
         **draw(evidence(2)),
     )
 

@@ -35,8 +35,8 @@ __all__ = [
 class Kind(IntEnum):
     """What a reflector can be to a sonar, and so what its three parameters mean.
 
-    A reflector is kept as four numbers: its kind and ``normal_angle, offset, 0`` for a wall, ``x, y, radius`` for a
-    cylinder, ``x, y, 0`` for a concave corner or a convex edge.
+    A reflector is kept as four numbers: its kind and ``normal_angle, offset, reflection_loss`` for a wall (in dB; 0 if
+    it reflects all sound), ``x, y, radius`` for a cylinder, ``x, y, 0`` for a concave corner or a convex edge.
     """
 
     WALL = 0
@@ -58,8 +58,9 @@ _PER_NEPER = 20.0 / math.log(10.0)
 SILENCE = -99.0
 
 
-# A reflector as compiled functions want it: its kind and, for a wall, its unit normal and offset; else as it is kept.
-Shape: TypeAlias = tuple[int, float, float, float]
+# A reflector as compiled functions want it: its kind and, for a wall, its unit normal, offset and reflection loss [dB];
+# else as it is kept, without loss.
+Shape: TypeAlias = tuple[int, float, float, float, float]
 
 # Acoustic centre x, y [m] and unit vector of the beam axis.
 Ping: TypeAlias = tuple[float, float, float, float]
@@ -88,8 +89,8 @@ def shape_of(reflector: FloatArray) -> Shape:
     """
     kind = int(reflector[0])
     if kind == _WALL:
-        return kind, math.cos(reflector[1]), math.sin(reflector[1]), reflector[2]
-    return kind, reflector[1], reflector[2], reflector[3]
+        return kind, math.cos(reflector[1]), math.sin(reflector[1]), reflector[2], reflector[3]
+    return kind, reflector[1], reflector[2], reflector[3], 0.0
 
 
 @inlined
@@ -108,11 +109,11 @@ def echo_geometry(shape: Shape, ping: Ping) -> EchoGeometry:
     EchoGeometry
         Depth, angle, distance and strength.
     """
-    kind, a, b, radius = shape
+    kind, a, b, radius, loss = shape
     x, y, ux, uy = ping
     if kind == _WALL:
         depth = radius - a * x - b * y
-        return depth, ux * a + uy * b, a * uy - b * ux, depth, 0.0
+        return depth, ux * a + uy * b, a * uy - b * ux, depth, -loss
     dx, dy = a - x, b - y
     distance = math.sqrt(dx * dx + dy * dy) + 1e-12
     cosine, sine = (ux * dx + uy * dy) / distance, (dx * uy - dy * ux) / distance

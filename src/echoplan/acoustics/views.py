@@ -85,7 +85,7 @@ def in_view(views: Views, shape: Shape, ping: Ping) -> bool:
     bool
         False if it is behind, out of reach or too far off the axis.
     """
-    kind, a, b, radius = shape
+    kind, a, b, radius, _ = shape
     x, y, ux, uy = ping
     # Most look elsewhere: that is checked first, without a division.
     if kind == _WALL:
@@ -105,7 +105,7 @@ def in_view(views: Views, shape: Shape, ping: Ping) -> bool:
 @inlined
 def _before(shape: Shape, depth: float) -> Ping:
     """Place a sensor so deep before a reflector, looking at it."""
-    kind, a, b, radius = shape
+    kind, a, b, radius, _ = shape
     if kind == _WALL:
         return a * (radius - depth), b * (radius - depth), a, b
     return a - depth - radius, b, 1.0, 0.0

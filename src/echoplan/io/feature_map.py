@@ -35,6 +35,7 @@ _Matrix3 = Annotated[
     list[Annotated[list[Variance], Field(min_length=3, max_length=3)]], Field(min_length=3, max_length=3)
 ]
 _Length = Annotated[Radius, Field(ge=0.0)]
+_Loss = Annotated[float, Field(ge=0.0, le=200.0, allow_inf_nan=False)]
 
 
 class _ProbabilitiesForm(Form):
@@ -77,6 +78,9 @@ class _WallForm(Form):
         max_length=2,
         description="Lengths at start and end over which the wall is extrapolated [m].",
     )
+    reflection_loss: _Loss = Field(
+        default=0.0, description="How much fainter than a hard wall the wall reflects sound [dB]."
+    )
 
     def value(self) -> Wall:
         """Make the wall."""
@@ -87,6 +91,7 @@ class _WallForm(Form):
             covariance=np.array(self.covariance),
             endpoint_sigmas=np.array(self.endpoint_sigmas, dtype=np.float64),
             inferred=np.array(self.inferred),
+            reflection_loss=self.reflection_loss,
             **_evidence_in(self, FeatureClass.WALL),
         )
 
@@ -342,7 +347,8 @@ def _stretch(stretch: UnobservedStretch) -> dict[str, Any]:
 def _wall(wall: Wall) -> dict[str, Any]:
     start, end = wall.endpoints_xy.tolist()
     line = {"normal_angle": wall.normal_angle, "offset": wall.offset}
-    return {"start": start, "end": end, **line, **_evidence(wall), **_ends(wall)}
+    loss = {"reflection_loss": wall.reflection_loss} if wall.reflection_loss else {}
+    return {"start": start, "end": end, **line, **_evidence(wall), **_ends(wall), **loss}
 
 
 def _ends(wall: Wall) -> dict[str, Any]:

@@ -146,7 +146,7 @@ def _offset(measurements: Measurements, tables: SonarTables, pings: IntArray, no
     """
     ranges = tables.scale * measurements.readings[pings]
     depth, silent = median_of(ranges), 0
-    offsets, plane = np.empty(len(pings)), (_WALL, math.cos(normal), math.sin(normal), 0.0)
+    offsets, plane = np.empty(len(pings)), (_WALL, math.cos(normal), math.sin(normal), 0.0, 0.0)
     for number, ping in enumerate(pings):
         place = (measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping])
         toward, cosine, sine, _, _ = echo_geometry(plane, place)

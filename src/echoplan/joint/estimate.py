@@ -283,7 +283,9 @@ class Estimate:
 
     def with_attenuation(self, features: Sequence[Hypothesis]) -> Features:
         """Return the landmarks as arrays, with the attenuation of each landmark from each station."""
-        return shadowed(self.measurements, self.model.tabulated(), as_arrays(features, len(self.measured_poses)))
+        may_be_soft = np.array([each.may_be_soft for each in features], dtype=bool)
+        arrays = as_arrays(features, len(self.measured_poses))
+        return shadowed(self.measurements, self.model.tabulated(), arrays, may_be_soft)
 
     def odometry(self) -> PosePrior:
         """Return the prior of the steps between the poses."""

@@ -101,12 +101,14 @@ class Wall:
     inferred : ndarray, shape (2,), optional
         Length at the start and at the end of the wall over which it was extrapolated to a corner that was not detected
         [m]; 0 by default.
+    reflection_loss : float, optional
+        How much fainter than a hard wall it reflects sound [dB]; 0 by default.
 
     Raises
     ------
     InvalidValueError
         If a number is not finite (NaN is allowed in ``endpoint_sigmas``), the ends coincide, the covariance is invalid,
-        or ``inferred`` or a standard deviation is negative.
+        or ``inferred``, ``reflection_loss`` or a standard deviation is negative.
     """
 
     normal_angle: float
@@ -118,8 +120,10 @@ class Wall:
     stations: int = 0
     endpoint_sigmas: FloatArray = field(default_factory=lambda: np.full(2, np.nan))
     inferred: FloatArray = field(default_factory=lambda: np.zeros(2))
+    reflection_loss: float = 0.0
 
     def __post_init__(self) -> None:
+        checked_number(self.reflection_loss, name="reflection_loss", minimum=0.0)
         checked_number(self.normal_angle, name="normal_angle")
         checked_number(self.offset, name="offset")
         ends = _checked_ends(self.endpoints_xy, kind="a wall")

@@ -99,7 +99,7 @@ def found_in_words(feature_map: FeatureMap) -> str:
     Returns
     -------
     str
-        A sentence; and another if parts of walls were not observed.
+        A sentence; and others if walls absorb sound, or if parts of walls were not observed.
 
     Examples
     --------
@@ -112,7 +112,16 @@ def found_in_words(feature_map: FeatureMap) -> str:
     )
     cylinders = plural(len(feature_map.cylinders), "cylinder")
     found = f"{features} and {cylinders}, detected from {plural(len(feature_map.sweeps), 'station')}."
-    return " ".join([found, *_not_observed(feature_map)])
+    return " ".join([found, *_soft_walls(feature_map), *_not_observed(feature_map)])
+
+
+def _soft_walls(feature_map: FeatureMap) -> list[str]:
+    """Say which walls absorb sound, and how much of its amplitude they return."""
+    return [
+        f"Wall {number} absorbs sound and returns {100 * 10 ** (-wall.reflection_loss / 20):.0f} % of its amplitude."
+        for number, wall in enumerate(feature_map.walls)
+        if wall.reflection_loss
+    ]
 
 
 def _not_observed(feature_map: FeatureMap) -> list[str]:

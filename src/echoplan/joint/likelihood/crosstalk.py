@@ -98,6 +98,7 @@ def add_crosstalk(
     measurements, tables, emissions = inputs
     first, last = shape_of(walls[0]), shape_of(walls[1])
     double = first != last
+    loss = first[4] + last[4] if double else first[4]
     motion = after(mirroring(first), last) if double else mirroring(first)
     route, scatter = (first, last, double, motion), _SCATTER * noise
     for emission in _nearby(measurements, emissions, motion, lateness(tables, scatter)):
@@ -106,7 +107,7 @@ def add_crosstalk(
         axes = (measurements.ux[mate], measurements.uy[mate]), (measurements.ux[ping], measurements.uy[ping])
         found, path = _over_walls(ends, axes, route, extents)
         if found:
-            level = echo_level(tables, path, emissions.travelled[emission], 0.0, scatter)
+            level = echo_level(tables, path, emissions.travelled[emission], -loss, scatter)
             log_densities[ping] = max(log_densities[ping], level)
 
 

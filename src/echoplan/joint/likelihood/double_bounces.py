@@ -113,7 +113,7 @@ def add_ghosts_of_cylinder(
         departure, arrival = turned(axis, direct), turned(axis, (image[0] - place[0], image[1] - place[1]))
         path = (depth, departure[0], departure[1], arrival[0], arrival[1])
         far = length_of((center[0] - unfolded[0], center[1] - unfolded[1]))
-        strength = _TWOFOLD + 10.0 * math.log10(max(screen[3], 0.001) / far)
+        strength = _TWOFOLD + 10.0 * math.log10(max(screen[3], 0.001) / far) - mirror[4]
         log_densities[ping] = max(
             log_densities[ping], echo_level(tables, path, reading, strength, _OF_CYLINDER * noise)
         )
@@ -130,7 +130,7 @@ def _add_images(
 ) -> None:
     """Raise log densities in place by double bounces that come from the image of the image."""
     motion, (crossing, vertex) = after(mirroring(walls[0]), walls[1]), _crossing(walls)
-    late = lateness(tables, scatter)
+    late, loss = lateness(tables, scatter), walls[0][4] + walls[1][4]
     for ping in range(len(log_densities)):
         reading = measurements.readings[ping] * tables.scale
         place = (measurements.x[ping], measurements.y[ping])
@@ -141,7 +141,7 @@ def _add_images(
         found, path = _by_two_walls((place, image), axis, walls, extents)
         if found:
             passing = _passing(vertex, place, image, tables.wavelength) if crossing else math.inf
-            level = echo_level(tables, path, reading, 20.0 * math.log10(1.0 + min(passing, 1.0)), scatter)
+            level = echo_level(tables, path, reading, 20.0 * math.log10(1.0 + min(passing, 1.0)) - loss, scatter)
             log_densities[ping] = max(log_densities[ping], level)
 
 
@@ -158,7 +158,7 @@ def _add_vertex(
     motion, (crossing, vertex) = after(mirroring(walls[0]), walls[1]), _crossing(walls)
     if not crossing or not _is_concave(walls, extents, vertex):
         return
-    late = lateness(tables, scatter)
+    late, loss = lateness(tables, scatter), walls[0][4] + walls[1][4]
     for ping in range(len(log_densities)):
         reading = measurements.readings[ping] * tables.scale
         place = (measurements.x[ping], measurements.y[ping])
@@ -166,7 +166,8 @@ def _add_vertex(
         if is_near(beyond, place, reading, late) and _faces(walls, place):
             path = _straight((measurements.ux[ping], measurements.uy[ping]), place, vertex)
             passing = _passing(vertex, place, image_of(motion, place), tables.wavelength)
-            log_densities[ping] = max(log_densities[ping], echo_level(tables, path, reading, -_faded(passing), scatter))
+            level = echo_level(tables, path, reading, -_faded(passing) - loss, scatter)
+            log_densities[ping] = max(log_densities[ping], level)
 
 
 @inlined

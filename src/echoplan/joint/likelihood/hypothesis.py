@@ -17,6 +17,11 @@ __all__ = ["Hypothesis", "Key"]
 # Plain integers compare faster than members of an enumeration.
 _WALL = int(Kind.WALL)
 
+# Stations that must detect a soft wall clearly, since one or two may detect a hard wall faintly, past something that
+# stands before it; and the log-likelihood ratio of such a station [nats]: unmodelled multipath that looked like a soft
+# wall reached 38 in rooms and drives (benchmarks/gate.py, seeds 0 to 49).
+_CLEAR_STATIONS, _CLEAR_STATION_LLR = 3, 40.0
+
 # Identity of one hypothesis, or of several together.
 Key: TypeAlias = tuple[object, ...]
 
@@ -75,6 +80,21 @@ class Hypothesis:
     def is_wall(self) -> bool:
         """Whether it is a wall."""
         return bool(self.reflector[0] == _WALL)
+
+    @property
+    def is_hard(self) -> bool:
+        """Whether it reflects all sound, as everything but a soft wall does."""
+        return not (self.is_wall and self.reflector[3])
+
+    @property
+    def may_be_soft(self) -> bool:
+        """Whether enough stations detected a wall clearly to tell a soft wall from multipath and partial occlusion."""
+        return self.is_wall and self.supporting(_CLEAR_STATION_LLR) >= _CLEAR_STATIONS
+
+    @property
+    def has_credible_loss(self) -> bool:
+        """Whether it reflects all sound, or enough stations tell that it does not."""
+        return self.is_hard or self.may_be_soft
 
     @property
     def parameters(self) -> FloatArray:

@@ -188,6 +188,7 @@ class MapBuilder:
                 [each.sigma if each is not None and each.is_known else math.nan for each in drawn.ends]
             ),
             inferred=np.array(drawn.inferred),
+            reflection_loss=float(segment.wall.reflector[3]),
         )
 
     def _drawn(self, number: int) -> _Drawn:

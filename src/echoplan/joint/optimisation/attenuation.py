@@ -30,25 +30,39 @@ _COST = 4.0
 # Negative log prior of each attenuation [nats]: 2 % of the walls that a station detects are attenuated, each value
 # equally likely (a guess). Near or past their ends 0.7 % are (benchmarks/shadows.py); others are partly occluded.
 _RARE = math.log(_ATTENUATIONS / 0.02)
+# A wall is soft if it returns less than about half of the amplitude [dB].
+_SOFT = 5
 
 
-def shadowed(measurements: Measurements, tables: SonarTables, features: Features) -> Features:
+def shadowed(measurements: Measurements, tables: SonarTables, features: Features, may_be_soft: BoolArray) -> Features:
     """Return the landmarks with their most likely attenuation from each station, given detections and non-detections.
 
     The attenuation is 0 unless another value is likelier by a margin, and ``inf`` for stations that did not detect the
-    landmark or that stand past the end of a wall. Its remaining uncertainty is stored in ``bias_variances``.
+    landmark or that stand past the end of a wall. Its remaining uncertainty is stored in ``bias_variances``. What
+    all stations of a wall have in common is its reflection loss, if ``may_be_soft``, shape (f,).
     """
-    attenuations, bias_variances = _attenuations(measurements, tables, features)
-    return features._replace(attenuations=attenuations, bias_variances=bias_variances)
+    softened = features._replace(reflectors=features.reflectors.copy())
+    attenuations, bias_variances = _attenuations(measurements, tables, softened, may_be_soft)
+    return softened._replace(attenuations=attenuations, bias_variances=bias_variances)
 
 
 @compiled
-def _attenuations(measurements: Measurements, tables: SonarTables, features: Features) -> tuple[FloatArray, FloatArray]:
+def _attenuations(
+    measurements: Measurements, tables: SonarTables, features: Features, may_be_soft: BoolArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return attenuations [dB] and bias variances [m^2], shape (f, s); reflection losses are set in place."""
     attenuations, bias_variances = features.attenuations.copy(), features.bias_variances.copy()
     for feature in range(len(attenuations)):
+        is_wall = features.reflectors[feature, 0] == _WALL
+        if is_wall:
+            features.reflectors[feature, 3] = 0.0
         log_likelihoods, excesses = _likelihoods(measurements, tables, features, feature)
+        loss = _reflection_loss(log_likelihoods) if may_be_soft[feature] else 0.0
+        if loss > 0.0:
+            features.reflectors[feature, 3] = loss
+            log_likelihoods, excesses = _likelihoods(measurements, tables, features, feature)
         past = _past(measurements, features, feature)
-        if features.reflectors[feature, 0] == _WALL:
+        if is_wall:
             _bias_variances(bias_variances[feature], tables, log_likelihoods, excesses)
         for station in range(len(log_likelihoods)):
             if past[station]:
@@ -58,6 +72,28 @@ def _attenuations(measurements: Measurements, tables: SonarTables, features: Fea
             if log_likelihoods[station, best] > log_likelihoods[station, 0] + _COST:
                 attenuations[feature, station] = best
     return attenuations, bias_variances
+
+
+@inlined
+def _reflection_loss(log_likelihoods: FloatArray) -> float:
+    """Return the loss that explains all stations best [dB], each with an attenuation of its own or none; 0 if hard."""
+    totals, best = np.zeros(_ATTENUATIONS), 0
+    for station in range(len(log_likelihoods)):
+        # From the faintest to the loudest: a station may be fainter than the loss of the wall, at a cost.
+        fainter = -math.inf
+        for loss in range(_ATTENUATIONS - 1, -1, -1):
+            totals[loss] += max(log_likelihoods[station, loss], fainter - _COST)
+            fainter = max(fainter, log_likelihoods[station, loss])
+    for loss in range(_ATTENUATIONS):
+        if totals[loss] > totals[best]:
+            best = loss
+    if best < _SOFT or totals[best] < totals[0] + _RARE:
+        return 0.0
+    if best == _ATTENUATIONS - 1:
+        return float(best)
+    # Between two whole decibels, by a parabola.
+    below, above = totals[best] - totals[best - 1], totals[best] - totals[best + 1]
+    return float(best + 0.5 * (below - above) / max(below + above, 1e-9))
 
 
 @inlined

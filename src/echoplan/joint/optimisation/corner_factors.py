@@ -101,6 +101,6 @@ def _square_pairs(reflectors: FloatArray, tolerance: float) -> IntArray:
         for other in walls[place + 1 :]:
             # At a right angle the cosine of the angle between the normals is zero, whichever way the walls face.
             if abs(math.cos(reflectors[one, 1] - reflectors[other, 1])) < math.sin(tolerance):
-                pairs[count] = one, other
+                pairs[count, 0], pairs[count, 1] = one, other
                 count += 1
     return pairs[:count]

@@ -75,7 +75,9 @@ class Values:
         # offset by much.
         moves = np.where(layout.kinds[:, None] == Kind.WALL, _at_middle(steps, self.features.extents), steps)
         reflectors[:, 1:] += _share(moves) * steps
-        reflectors[:, 3] = np.where(layout.kinds == Kind.CYLINDER, np.clip(reflectors[:, 3], _THIN, _THICK), 0.0)
+        reflectors[:, 3] = np.where(
+            layout.kinds == Kind.CYLINDER, np.clip(reflectors[:, 3], _THIN, _THICK), self.features.reflectors[:, 3]
+        )
         ways = step[layout.pose :].reshape(-1, 3)
         offset, gain, scale, latency, *servo, merit, log_ka, exponent = step[layout.sonar : layout.pose].tolist()
         model = replace(

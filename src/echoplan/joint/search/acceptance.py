@@ -1,5 +1,6 @@
 """Acceptance test: when the log-likelihood ratio of a landmark is enough."""
 
+import math
 from typing import ClassVar
 
 import numpy as np
@@ -15,6 +16,10 @@ from echoplan.preprocessing.measurements import Measurements, step_of
 from echoplan.settings import Settings
 
 __all__ = ["AcceptanceSettings", "AcceptanceTest"]
+
+
+# Negative log prior of a soft wall with one of five reflection losses: one wall in fifty is soft (a guess) [nats].
+_SOFT_COST = -math.log(0.02 / 5)
 
 
 class AcceptanceSettings(Settings):
@@ -72,7 +77,9 @@ class AcceptanceTest:
         self._half_aperture = half_aperture
 
     def penalised_llr(self, hypothesis: Hypothesis) -> float:
-        """Return the log-likelihood ratio less the cost of the third parameter of a cylinder [nats]."""
+        """Return the log-likelihood ratio less the cost of a third parameter: radius or reflection loss [nats]."""
+        if hypothesis.is_wall:
+            return hypothesis.llr - (0.0 if hypothesis.is_hard else _SOFT_COST)
         return hypothesis.llr - (self.settings.radius_cost if hypothesis.kind is Kind.CYLINDER else 0.0)
 
     def is_accepted(self, hypothesis: Hypothesis, log_densities: FloatArray) -> bool:
@@ -96,6 +103,8 @@ class AcceptanceTest:
             return Reason.UNDERDETERMINED
         if self._is_missed(hypothesis):
             return Reason.MISSED
+        if not hypothesis.has_credible_loss:
+            return Reason.WEAKLY_DETECTED
         return self._lacks_stations(hypothesis, log_densities)
 
     def _lacks_stations(self, hypothesis: Hypothesis, log_densities: FloatArray) -> Reason | None:

@@ -35,6 +35,8 @@ _OPEN, _UNEXPLAINED = math.log(30.0), math.log(20.0)
 _SURE_STATIONS = 3
 # Walls nearer to each other than this are the same.
 _SAME_WALL = DuplicateSettings(angle_gate=0.035, normal_distance_gate=0.012, gap_gate=0.05)
+# Reflection losses of soft walls that are proposed [dB]: they return half to an eighth of the amplitude.
+_LOSSES = (6.0, 9.0, 12.0, 15.0, 18.0)
 # Kinds that are proposed, in this order; an edge is tried wherever a corner is.
 _PROPOSED = (Kind.WALL, Kind.CORNER, Kind.CYLINDER)
 
@@ -89,8 +91,9 @@ class Search:
         """
         features = self.tested(self._renewed(known))
         for _ in range(self.settings.max_rounds):
-            pool = self._seeded(features)
-            grown = split_joined_walls(self.likelihood, self._grown(features, pool), self.acceptance)
+            grown = split_joined_walls(self.likelihood, self._grown(features, self._seeded(features)), self.acceptance)
+            # Soft walls explain what nothing harder does.
+            grown = self._grown(grown, self._soft(grown))
             if [each.key for each in grown] == [each.key for each in features]:
                 return grown
             features = grown
@@ -225,12 +228,19 @@ class Search:
 
     def _seeded(self, features: Sequence[Hypothesis]) -> list[Hypothesis]:
         """Propose hypotheses from arcs that are mostly unexplained."""
+        rows, log_densities, free = self._proposals(features)
+        pool = [each for kind in _PROPOSED for each in self._promising(kind, rows, log_densities, free)]
+        return [each for each in pool if not any(_same(each, feature) for feature in features)]
+
+    def _proposals(self, features: Sequence[Hypothesis]) -> tuple[FloatArray, FloatArray, IntArray]:
+        """Return reflectors that unexplained arcs suggest, log densities of readings, and readings that are open."""
         likelihood = self.likelihood
         log_densities = likelihood.log_densities(features)
         open_readings = log_densities < likelihood.floor + _UNEXPLAINED
         arcs = [arc for arc in self.arcs if arc.share_of(open_readings) > 0.5]
+        free = np.flatnonzero(log_densities < likelihood.floor + _OPEN)
         if not arcs:
-            return []
+            return np.zeros((0, 4)), log_densities, free
         stations = np.array([arc.station for arc in arcs])
         arc_measurements = ArcMeasurements(
             stations=stations,
@@ -239,9 +249,14 @@ class Search:
         )
         fresh: BoolArray = np.ones(len(arcs), dtype=bool)
         rows = propose_hypotheses(arc_measurements, fresh, self.settings.candidates)
-        free = np.flatnonzero(log_densities < likelihood.floor + _OPEN)
-        pool = [each for kind in _PROPOSED for each in self._promising(kind, rows, log_densities, free)]
-        return [each for each in pool if not any(_same(each, feature) for feature in features)]
+        return rows, log_densities, free
+
+    def _soft(self, features: Sequence[Hypothesis]) -> list[Hypothesis]:
+        """Propose walls that absorb sound."""
+        rows, log_densities, free = self._proposals(features)
+        walls = rows[rows[:, 0] == Kind.WALL]
+        soft = [np.column_stack([walls[:, :3], np.full(len(walls), loss)]) for loss in _LOSSES]
+        return [each for part in soft for each in self._promising(Kind.WALL, part, log_densities, free)]
 
     def _promising(self, kind: Kind, rows: FloatArray, log_densities: FloatArray, free: IntArray) -> list[Hypothesis]:
         """Screen proposals of one class, refine the best of them on open readings, and keep distinct ones."""
@@ -252,7 +267,7 @@ class Search:
         moved = [
             self._moved(each.reflector, few, rough)
             for each in rescored[: self.settings.max_candidates]
-            if each.llr > 2.0
+            if each.llr > 2.0 and each.has_credible_loss
         ]
         moved = [
             self._moved(row, free, fine) for row in _apart(np.array(moved).reshape(-1, 4), LANDMARKS[kind].refined_cell)

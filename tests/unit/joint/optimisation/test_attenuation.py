@@ -16,6 +16,8 @@ from helpers import simulated_worlds
 from helpers.expectations import REACH, SONAR, expected, listening, wall
 
 EAST = wall(0.0, 1.6)
+# Whether the wall may be soft.
+HARD, SOFT = np.array([False]), np.array([True])
 STATIONS = ((-0.2, -0.6), (0.1, -0.2), (-0.1, 0.2), (0.2, 0.6))
 
 
@@ -39,7 +41,7 @@ def features(*, unheard_from: Sequence[int] = ()) -> Features:
 
 
 def found(pings: Measurements, landmarks: Features | None = None) -> FloatArray:
-    attenuations: FloatArray = shadowed(pings, SONAR.tabulated(), landmarks or features()).attenuations[0]
+    attenuations: FloatArray = shadowed(pings, SONAR.tabulated(), landmarks or features(), HARD).attenuations[0]
     return attenuations
 
 
@@ -53,11 +55,23 @@ def test_one_decibel_of_attenuation_is_ignored() -> None:
     assert found(detected([0.0, 1.0, -1.0, 1.0])).tolist() == [0.0] * 4
 
 
+def test_what_all_stations_have_in_common_is_the_reflection_loss_of_a_soft_wall() -> None:
+    softened = shadowed(detected([12.4] * 4), SONAR.tabulated(), features(), SOFT)
+    assert softened.reflectors[0, 3] == pytest.approx(12.4, abs=1.0)
+    assert softened.attenuations[0].tolist() == [0.0] * 4
+
+
+def test_a_wall_that_single_stations_attenuate_is_hard() -> None:
+    softened = shadowed(detected([0.0, 6.0, 9.0, 12.0]), SONAR.tabulated(), features(), SOFT)
+    assert softened.reflectors[0, 3] == 0.0
+
+
 def test_masked_pings_give_no_attenuation() -> None:
     pings = detected([12.0] * 4)
     masked = pings._replace(readings=np.minimum(pings.readings, 0.5 + 9.0 * np.isfinite(pings.readings)))
     assert found(pings).min() > 9.0
     assert found(masked).tolist() == [0.0] * 4
+    assert shadowed(masked, SONAR.tabulated(), features(), SOFT).reflectors[0, 3] == 0.0
 
 
 def test_an_undetermined_attenuation_becomes_a_common_error() -> None:
@@ -65,7 +79,7 @@ def test_an_undetermined_attenuation_becomes_a_common_error() -> None:
     # If all pings more than ten degrees aside are masked, half a wall is possible, too.
     aside = np.abs(np.angle(np.exp(1j * pings.bearings))) > np.radians(10.0)
     masked = pings._replace(readings=np.where(aside & (pings.stations == 2), 0.5, pings.readings))
-    clear, open_ = (shadowed(each, sonar, features()).bias_variances[0] for each in (pings, masked))
+    clear, open_ = (shadowed(each, sonar, features(), HARD).bias_variances[0] for each in (pings, masked))
     assert 0.0 < np.sqrt(clear).max() < 0.0003
     assert open_[[0, 1, 3]] == pytest.approx(clear[[0, 1, 3]])
     assert 0.0005 < np.sqrt(open_[2]) < 0.01
@@ -76,7 +90,7 @@ def test_only_walls_have_common_errors_by_attenuation() -> None:
     column = np.array([[Kind.CYLINDER, 1.7, 0.0, 0.1]])
     readings = np.where(np.isfinite(pings.readings), expected(pings, column[0])[1], np.inf)
     landmarks = features()._replace(reflectors=column, extents=np.zeros((1, 2)))
-    assert shadowed(pings._replace(readings=readings), SONAR.tabulated(), landmarks).bias_variances.tolist() == [
+    assert shadowed(pings._replace(readings=readings), SONAR.tabulated(), landmarks, HARD).bias_variances.tolist() == [
         [0.0] * 4
     ]
 
@@ -102,7 +116,9 @@ def test_stations_past_the_ends_of_a_wall_are_used_only_without_others(
 def test_the_range_walk_of_attenuated_echoes_is_predicted() -> None:
     pings, sonar = detected([0.0, 0.0, 7.0, 12.0]), SONAR.tabulated()
     landmarks = features()
-    plain, asked = (associate(pings, sonar, each, 0.05) for each in (landmarks, shadowed(pings, sonar, landmarks)))
+    plain, asked = (
+        associate(pings, sonar, each, 0.05) for each in (landmarks, shadowed(pings, sonar, landmarks, HARD))
+    )
     for station, least in ((2, 0.004), (3, 0.008)):
         own = (pings.stations == station) & np.isfinite(pings.readings)
         assert np.median(plain.residuals[own]) > least

@@ -126,7 +126,9 @@ def test_a_wall_is_attenuated_by_six_decibels_at_its_end() -> None:
 def test_a_station_past_an_edge_does_not_constrain_the_wall() -> None:
     features = box(np.array([WEST, SOUTH]), 2)
     pings = listening([(0.45, 1.1), (0.45, 0.95)])
-    assert np.isinf(shadowed(pings, SONAR.tabulated(), features).attenuations[0]).tolist() == [False, True]
+    assert np.isinf(
+        shadowed(pings, SONAR.tabulated(), features, np.zeros(len(features.reflectors), dtype=bool)).attenuations[0]
+    ).tolist() == [False, True]
 
 
 @pytest.mark.parametrize("inside", [0.015, 0.03, 0.045])
