@@ -156,6 +156,11 @@ class Estimate:
         return self.squareness is not None and self.squareness.along_axes
 
     @property
+    def knows_loudness(self) -> bool:
+        """Whether the sonar was estimated from echoes, so that a wall can be soft in comparison; never with rays."""
+        return self.beam_prior is not None and not self.model.cone
+
+    @property
     def has_servo(self) -> bool:
         """Whether any sensor rotated during its pings."""
         return bool(np.any(self.recorded.rates))
@@ -208,11 +213,8 @@ class Estimate:
         for _ in range(rounds):
             detected = _detections(now)
             now = now.optimise(noise, priors).rescore(noise)
-            if (
-                now.solution is not None
-                and now.solution.newton_decrement < _SETTLED
-                and np.array_equal(detected, _detections(now))
-            ):
+            is_settled = now.solution is not None and now.solution.newton_decrement < _SETTLED
+            if is_settled and np.array_equal(detected, _detections(now)):
                 break
         return now
 
@@ -283,7 +285,7 @@ class Estimate:
 
     def with_attenuation(self, features: Sequence[Hypothesis]) -> Features:
         """Return the landmarks as arrays, with the attenuation of each landmark from each station."""
-        may_be_soft = np.array([each.may_be_soft for each in features], dtype=bool)
+        may_be_soft = np.array([each.may_be_soft and self.knows_loudness for each in features], dtype=bool)
         arrays = as_arrays(features, len(self.measured_poses))
         return shadowed(self.measurements, self.model.tabulated(), arrays, may_be_soft)
 
@@ -359,17 +361,15 @@ class Estimate:
 
     def estimate_effective_sample_ratio(self) -> float:
         """Return the ratio of the effective sample size to the weight of the readings; 1 without a solution."""
-        if self.solution is None:
+        if (found := self.solution) is None:
             return 1.0
-        return effective_sample_ratio(
-            self.measurements, self.solution.owners, self.solution.residuals, noise=self.noise
-        )
+        return effective_sample_ratio(self.measurements, found.owners, found.residuals, noise=self.noise)
 
     def _search(self, *, rounds: int | None = None) -> Search:
-        settings = self.settings.search
+        settings, half, soft = self.settings.search, self.half_aperture, self.knows_loudness
         if rounds is not None:
             settings = settings.model_copy(update={"max_rounds": rounds})
-        return Search(self.likelihood, self.arcs, half_aperture=self.half_aperture, settings=settings)
+        return Search(self.likelihood, self.arcs, half_aperture=half, settings=settings, allows_soft_walls=soft)
 
 
 def initial_noise(settings: EstimateSettings, resolution: float) -> float:

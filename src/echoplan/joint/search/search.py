@@ -61,15 +61,23 @@ class SearchSettings(AcceptanceSettings):
 class Search:
     """Search for the landmarks that maximise the likelihood of the pings.
 
-    ``arcs`` are those of all stations, ``half_aperture`` is that of the sensors [rad].
+    ``arcs`` are those of all stations, ``half_aperture`` is that of the sensors [rad]. Soft walls are allowed once the
+    sonar is known, in comparison with which they are soft.
     """
 
     def __init__(
-        self, likelihood: PingLikelihood, arcs: Sequence[Arc], *, half_aperture: float, settings: SearchSettings
+        self,
+        likelihood: PingLikelihood,
+        arcs: Sequence[Arc],
+        *,
+        half_aperture: float,
+        settings: SearchSettings,
+        allows_soft_walls: bool = False,
     ) -> None:
         self.likelihood = likelihood
         self.arcs = list(arcs)
         self.settings = settings
+        self.allows_soft_walls = allows_soft_walls
         self.acceptance = AcceptanceTest(likelihood.measurements, half_aperture=half_aperture, settings=settings)
 
     @cached_property
@@ -92,8 +100,9 @@ class Search:
         features = self.tested(self._renewed(known))
         for _ in range(self.settings.max_rounds):
             grown = split_joined_walls(self.likelihood, self._grown(features, self._seeded(features)), self.acceptance)
-            # Soft walls explain what nothing harder does.
-            grown = self._grown(grown, self._soft(grown))
+            if self.allows_soft_walls:
+                # They explain what nothing harder does.
+                grown = self._grown(grown, self._soft(grown))
             if [each.key for each in grown] == [each.key for each in features]:
                 return grown
             features = grown
