@@ -156,11 +156,6 @@ class Estimate:
         return self.squareness is not None and self.squareness.along_axes
 
     @property
-    def knows_loudness(self) -> bool:
-        """Whether the sonar was estimated from echoes, so that a wall can be soft in comparison; never with rays."""
-        return self.beam_prior is not None and not self.model.cone
-
-    @property
     def has_servo(self) -> bool:
         """Whether any sensor rotated during its pings."""
         return bool(np.any(self.recorded.rates))
@@ -285,7 +280,7 @@ class Estimate:
 
     def with_attenuation(self, features: Sequence[Hypothesis]) -> Features:
         """Return the landmarks as arrays, with the attenuation of each landmark from each station."""
-        may_be_soft = np.array([each.may_be_soft and self.knows_loudness for each in features], dtype=bool)
+        may_be_soft = np.array([each.may_be_soft and not self.model.cone for each in features], dtype=bool)
         arrays = as_arrays(features, len(self.measured_poses))
         return shadowed(self.measurements, self.model.tabulated(), arrays, may_be_soft)
 
@@ -366,7 +361,7 @@ class Estimate:
         return effective_sample_ratio(self.measurements, found.owners, found.residuals, noise=self.noise)
 
     def _search(self, *, rounds: int | None = None) -> Search:
-        settings, half, soft = self.settings.search, self.half_aperture, self.knows_loudness
+        settings, half, soft = self.settings.search, self.half_aperture, not self.model.cone
         if rounds is not None:
             settings = settings.model_copy(update={"max_rounds": rounds})
         return Search(self.likelihood, self.arcs, half_aperture=half, settings=settings, allows_soft_walls=soft)

@@ -41,8 +41,12 @@ def shadowed(measurements: Measurements, tables: SonarTables, features: Features
     landmark or that stand past the end of a wall. Its remaining uncertainty is stored in ``bias_variances``. What
     all stations of a wall have in common is its reflection loss, if ``may_be_soft``, shape (f,).
     """
-    softened = features._replace(reflectors=features.reflectors.copy())
-    attenuations, bias_variances = _attenuations(measurements, tables, softened, may_be_soft)
+    for allowed in (may_be_soft, np.zeros_like(may_be_soft)):
+        softened = features._replace(reflectors=features.reflectors.copy())
+        attenuations, bias_variances = _attenuations(measurements, tables, softened, allowed)
+        # If most walls seem soft, the sonar is fainter than assumed, and none is softer than the others.
+        if 2 * np.count_nonzero(softened.reflectors[allowed, 3]) <= np.count_nonzero(allowed):
+            break
     return softened._replace(attenuations=attenuations, bias_variances=bias_variances)
 
 
@@ -54,7 +58,7 @@ def _attenuations(
     attenuations, bias_variances = features.attenuations.copy(), features.bias_variances.copy()
     for feature in range(len(attenuations)):
         is_wall = features.reflectors[feature, 0] == _WALL
-        if is_wall:
+        if may_be_soft[feature]:
             features.reflectors[feature, 3] = 0.0
         log_likelihoods, excesses = _likelihoods(measurements, tables, features, feature)
         loss = _reflection_loss(log_likelihoods) if may_be_soft[feature] else 0.0

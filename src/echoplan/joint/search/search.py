@@ -61,8 +61,7 @@ class SearchSettings(AcceptanceSettings):
 class Search:
     """Search for the landmarks that maximise the likelihood of the pings.
 
-    ``arcs`` are those of all stations, ``half_aperture`` is that of the sensors [rad]. Soft walls are allowed once the
-    sonar is known, in comparison with which they are soft.
+    ``arcs`` are those of all stations, ``half_aperture`` is that of the sensors [rad]. Rays know no soft walls.
     """
 
     def __init__(

@@ -56,9 +56,23 @@ def test_one_decibel_of_attenuation_is_ignored() -> None:
 
 
 def test_what_all_stations_have_in_common_is_the_reflection_loss_of_a_soft_wall() -> None:
-    softened = shadowed(detected([12.4] * 4), SONAR.tabulated(), features(), SOFT)
-    assert softened.reflectors[0, 3] == pytest.approx(12.4, abs=1.0)
+    north, one = wall(np.pi / 2, 5.0), features()
+    two = Features(
+        np.array([EAST, north]),
+        np.tile(one.extents, (2, 1)),
+        np.vstack([one.attenuations, np.full((1, len(STATIONS)), np.inf)]),
+        np.zeros((2, len(STATIONS))),
+        edges_of(np.array([EAST, north]), np.tile(one.extents, (2, 1))),
+    )
+    softened = shadowed(detected([12.4] * 4), SONAR.tabulated(), two, np.array([True, True]))
+    assert softened.reflectors[:, 3] == pytest.approx([12.4, 0.0], abs=1.0)
     assert softened.attenuations[0].tolist() == [0.0] * 4
+
+
+def test_if_all_walls_seem_soft_the_sonar_is_fainter_than_assumed() -> None:
+    softened = shadowed(detected([12.4] * 4), SONAR.tabulated(), features(), SOFT)
+    assert softened.reflectors[0, 3] == 0.0
+    assert softened.attenuations[0] == pytest.approx([12.4] * 4, abs=1.5)
 
 
 def test_a_wall_that_single_stations_attenuate_is_hard() -> None:
