@@ -154,11 +154,11 @@ def cache_folders() -> frozenset[Path]:
 
 @cache
 def _log_once() -> None:
-    logging.getLogger("echoplan").info("Compiling, once after each installation: one to two minutes.")
+    logging.getLogger("echoplan").info("Compiling, once after each installation: about a minute.")
 
 
 class _Notice(event.Listener):
-    """Logs when the first function is compiled, since compiling takes one to two minutes."""
+    """Logs when the first function is compiled, since compiling takes about a minute."""
 
     def on_start(self, event: Any) -> None:  # noqa: ARG002 - numba says what is compiled
         """Log it once."""
