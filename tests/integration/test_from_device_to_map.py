@@ -1,6 +1,7 @@
 """The whole chain: a board in a room, its serial port or network, ``echoplan record`` and ``echoplan map``."""
 
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -21,7 +22,7 @@ from echoplan.sources import find_world
 from helpers.avr import Uno, build, serial_port, skip_without_simulator
 from helpers.devices import Line
 from helpers.micropython import needs_micropython, running_device
-from helpers.typed import echoplan
+from helpers.typed import Done, echoplan
 
 ROOT = Path(__file__).parents[2]
 ROOMS = {
@@ -186,14 +187,25 @@ def test_one_wrong_bit_in_a_hundred_resets_and_cuts_change_no_wall(
     check_same_walls(spoilt, sound)
 
 
-def test_a_simulated_device_with_faults_is_recorded_and_mapped(tmp_path: Path) -> None:
-    faults = ["--faults", "resets,unplug,noise=0.0002", "--seed", "3"]
+def recorded_with_faults(folder: Path, seed: int) -> Done:
+    """Record a simulated device that is reset and unplugged at random times, over a noisy line."""
+    faults = ["--faults", "resets,unplug,noise=0.0002", "--seed", str(seed)]
     command = [sys.executable, "-m", "echoplan", "device", "square", "--pty", "--speed", "10", *faults]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as device:
         assert device.stdout
         (address,) = re.findall(r"serial://\S+", device.stdout.readline())
-        done = echoplan("record", address, "--out", tmp_path / "rec")
+        done = echoplan("record", address, "--out", folder)
         device.send_signal(signal.SIGINT)
+    return done
+
+
+def test_a_simulated_device_with_faults_is_recorded_and_mapped(tmp_path: Path) -> None:
+    for seed in (3, 4, 5):
+        shutil.rmtree(tmp_path / "rec", ignore_errors=True)
+        done = recorded_with_faults(tmp_path / "rec", seed)
+        # A reset during a drive leaves the robot nobody knows where: whether there is one depends on the machine.
+        if "the device was reset while the robot moved" not in done.err:
+            break
     assert done.status == 0, done.err
     assert re.search(r"5 sweeps\ndamaged lines: [1-9]", done.out)
     # Which of the two it is depends on the pace of the machine.
