@@ -1,11 +1,12 @@
 """CPU time that compiling takes: python benchmarks/compiling.py [RECORDING].
 
 Maps a recording (sim:square by default) with an empty cache of compiled code, as the first map after an installation
-does, and prints the functions of which the compilation takes longest, each with the NumPy functions that it uses.
+does, and prints the functions that take longest to compile. The time of NumPy functions counts for the function that
+uses them.
 """
 
+import multiprocessing
 import os
-import subprocess
 import sys
 import time
 from collections import defaultdict
@@ -20,7 +21,7 @@ LONGEST = 25
 
 
 class Listener(event.Listener):
-    """Adds up the CPU time of each function of echoplan, without that of other such functions."""
+    """Adds up the CPU time of each function of echoplan, without that of other functions of echoplan that it uses."""
 
     def __init__(self) -> None:
         self.seconds = defaultdict[str, float](float)
@@ -35,7 +36,7 @@ class Listener(event.Listener):
         outer = self._compiling[-1] if self._compiling else "numba"
         self._compiling.append(f"{function.__module__}.{function.__name__}" if is_own else outer)
 
-    def on_end(self, event: Any) -> None:  # noqa: ARG002 - numba says what is compiled
+    def on_end(self, event: Any) -> None:  # noqa: ARG002 - numba passes the event
         """Go on with the function that uses it."""
         self._count()
         self._compiling.pop()
@@ -49,16 +50,22 @@ class Listener(event.Listener):
 
 
 def main() -> None:
-    """Map in another process with an empty cache, or be that process."""
-    if os.environ.get("NUMBA_CACHE_DIR") is None:
-        with TemporaryDirectory() as folder:
-            command = [sys.executable, *sys.argv]
-            subprocess.run(command, env=os.environ | {"NUMBA_CACHE_DIR": folder}, check=True)
-        return
+    """Map in a process that starts with an empty cache."""
+    source = sys.argv[1] if len(sys.argv) > 1 else "sim:square"
+    with TemporaryDirectory() as folder:
+        os.environ["NUMBA_CACHE_DIR"] = folder
+        process = multiprocessing.get_context("spawn").Process(target=measure, args=(source,))
+        process.start()
+        process.join()
+    sys.exit(process.exitcode)
+
+
+def measure(source: str) -> None:
+    """Map a recording and print what was compiled."""
     listener = Listener()
     event.register("numba:compile", listener)  # type: ignore[no-untyped-call]
     begun = time.process_time()
-    echoplan.map(sys.argv[1] if len(sys.argv) > 1 else "sim:square")
+    echoplan.map(source)
     everything = time.process_time() - begun
     for name, seconds in sorted(listener.seconds.items(), key=lambda each: -each[1])[:LONGEST]:
         print(f"{seconds:6.2f} s  {name}")

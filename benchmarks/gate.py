@@ -37,7 +37,7 @@ from echoplan.model import Source
 from library.flats import random_flat
 from library.paired import Scores
 from library.paired import compare as compare_two
-from library.populations import POPULATIONS, by_hand, rays
+from library.populations import POPULATIONS, Population, by_hand, rays
 from library.rooms import random_drive, random_simulation
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -131,7 +131,7 @@ def compare_scores(versions: Sequence[tuple[Path, Path]], arguments: argparse.Na
         with ProcessPoolExecutor(arguments.workers) as workers:
             made = workers.map(partial(write_population_recording, folder, name), seeds)
             list(tracked(made, total=len(seeds), task=f"simulating {name}"))
-        scores = [map_population(folder, code, maps / folder.name, population.poses) for code, maps in versions]
+        scores = [map_population(folder, *version, population, arguments.workers) for version in versions]
         table, found = compare_two(f"{len(seeds)} {name}", *scores)
         show(table)
         worse += found
@@ -148,17 +148,21 @@ def write_population_recording(folder: Path, name: str, seed: int) -> None:
         write_truth(place / "truth.json", recording.truth)
 
 
-def map_population(folder: Path, code: Path, maps: Path, poses: str) -> Scores:
+def map_population(folder: Path, code: Path, kept: Path, population: Population, workers: int) -> Scores:
     """Map all recordings of a folder by a version of the code, unless that was done before, and evaluate the maps."""
+    maps = kept / folder.name
     measured = maps / "seconds.txt"
     if not measured.exists():
         maps.mkdir(parents=True, exist_ok=True)
         settings = maps / "settings.toml"
-        settings.write_text(f'[method]\nposes = "{poses}"\n', encoding="utf-8")
+        settings.write_text(f'[method]\nposes = "{population.poses}"\n', encoding="utf-8")
         environment = os.environ | {"PYTHONPATH": str(code / "src")}
         first = min(folder.iterdir())
         # Compiling is no part of the time: the first map does that.
-        for command in (["map", str(first), "--out", str(maps / "first")], ["batch", str(folder), "--out", str(maps)]):
+        for command in (
+            ["map", str(first), "--out", str(maps / "first")],
+            ["batch", str(folder), "--out", str(maps), "--jobs", str(workers)],
+        ):
             begun = os.times()
             program = [sys.executable, "-m", "echoplan", *command, "--config", str(settings)]
             subprocess.run(program, env=environment, cwd=code, stdout=subprocess.DEVNULL, check=True)

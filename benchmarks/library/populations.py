@@ -13,7 +13,7 @@ from library.heads import measured_by_hand, simulate_head
 from library.ray_cones import cast, with_cones
 from library.rooms import random_drive, random_simulation
 
-__all__ = ["POPULATIONS", "Population", "Recording", "by_hand", "rays", "soft_room"]
+__all__ = ["POPULATIONS", "Population", "Recording", "by_hand", "random_soft_room", "rays", "soft_room"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,7 +48,7 @@ def rays(seed: int) -> Recording:
     return _recorded(simulation, sweeps, rig)
 
 
-def soft(seed: int) -> Simulation:
+def random_soft_room(seed: int) -> Simulation:
     """Let one wall of a random room be a curtain, a sofa or foam."""
     rng = np.random.default_rng((seed, 13))
     side, material = int(rng.integers(4)), str(rng.choice(["curtain", "upholstery", "foam"]))
@@ -87,6 +87,6 @@ POPULATIONS: Mapping[str, Population] = {
     "drives": Population(make=random_drive, size=50, poses="correct"),
     "by hand": Population(make=by_hand, size=24),
     "rays": Population(make=rays, size=24),
-    "soft walls": Population(make=soft, size=24),
+    "soft walls": Population(make=random_soft_room, size=24),
     "flats": Population(make=random_flat, size=12),
 }

@@ -81,7 +81,7 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
 def inlined(function: Callable[P, R]) -> Callable[P, R]:
     """Make a function part of the compiled functions that call it, without machine code of its own.
 
-    That takes half the time to compile. Called from Python, the function is what it was: slow.
+    That compiles faster. Called from Python, the function runs as Python code, which is slow.
 
     Examples
     --------

@@ -203,7 +203,7 @@ def test_a_simulated_device_with_faults_is_recorded_and_mapped(tmp_path: Path) -
     for seed in (3, 4, 5):
         shutil.rmtree(tmp_path / "rec", ignore_errors=True)
         done = recorded_with_faults(tmp_path / "rec", seed)
-        # A reset during a drive leaves the robot nobody knows where: whether there is one depends on the machine.
+        # After a reset during a drive nobody knows where the robot is. Whether one happens depends on the machine.
         if "the device was reset while the robot moved" not in done.err:
             break
     assert done.status == 0, done.err

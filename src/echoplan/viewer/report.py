@@ -118,7 +118,7 @@ def found_in_words(feature_map: FeatureMap) -> str:
 def _soft_walls(feature_map: FeatureMap) -> list[str]:
     """Say which walls absorb sound, and how much of its amplitude they return."""
     return [
-        f"Wall {number} absorbs sound and returns {100 * 10 ** (-wall.reflection_loss / 20):.0f} % of its amplitude."
+        f"Wall {number} is soft: it returns {100 * 10 ** (-wall.reflection_loss / 20):.0f} % of the amplitude."
         for number, wall in enumerate(feature_map.walls)
         if wall.reflection_loss
     ]

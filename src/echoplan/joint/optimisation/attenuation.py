@@ -35,38 +35,42 @@ _SOFT = 5
 
 
 def shadowed(measurements: Measurements, tables: SonarTables, features: Features, may_be_soft: BoolArray) -> Features:
-    """Return the landmarks with their most likely attenuation from each station, given detections and non-detections.
+    """Return the landmarks with reflection losses of soft walls, and the attenuation of each from each station.
 
     The attenuation is 0 unless another value is likelier by a margin, and ``inf`` for stations that did not detect the
-    landmark or that stand past the end of a wall. Its remaining uncertainty is stored in ``bias_variances``. What
-    all stations of a wall have in common is its reflection loss, if ``may_be_soft``, shape (f,).
+    landmark or that stand past the end of a wall. Its remaining uncertainty is stored in ``bias_variances``.
+    ``may_be_soft``, shape (f,), selects the walls of which the loss is estimated.
     """
-    for allowed in (may_be_soft, np.zeros_like(may_be_soft)):
-        softened = features._replace(reflectors=features.reflectors.copy())
-        attenuations, bias_variances = _attenuations(measurements, tables, softened, allowed)
-        # If most walls seem soft, the sonar is fainter than assumed, and none is softer than the others.
-        if 2 * np.count_nonzero(softened.reflectors[allowed, 3]) <= np.count_nonzero(allowed):
-            break
-    return softened._replace(attenuations=attenuations, bias_variances=bias_variances)
+    reflectors = features.reflectors.copy()
+    reflectors[may_be_soft, 3] = 0.0
+    losses = _losses(measurements, tables, features._replace(reflectors=reflectors), may_be_soft)
+    # If most walls seem soft, the sonar is fainter than assumed, and none is softer than the others.
+    if 2 * np.count_nonzero(losses) <= np.count_nonzero(may_be_soft):
+        reflectors[may_be_soft, 3] = losses[may_be_soft]
+        features = features._replace(reflectors=reflectors)
+    attenuations, bias_variances = _attenuations(measurements, tables, features)
+    return features._replace(attenuations=attenuations, bias_variances=bias_variances)
 
 
 @compiled
-def _attenuations(
-    measurements: Measurements, tables: SonarTables, features: Features, may_be_soft: BoolArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return attenuations [dB] and bias variances [m^2], shape (f, s); reflection losses are set in place."""
+def _losses(measurements: Measurements, tables: SonarTables, features: Features, may_be_soft: BoolArray) -> FloatArray:
+    """Return the reflection losses of walls that may be soft [dB], shape (f,); 0 elsewhere."""
+    losses = np.zeros(len(may_be_soft))
+    for feature in range(len(losses)):
+        if may_be_soft[feature]:
+            log_likelihoods, _ = _likelihoods(measurements, tables, features, feature)
+            losses[feature] = _reflection_loss(log_likelihoods)
+    return losses
+
+
+@compiled
+def _attenuations(measurements: Measurements, tables: SonarTables, features: Features) -> tuple[FloatArray, FloatArray]:
+    """Return attenuations [dB] and bias variances [m^2], shape (f, s)."""
     attenuations, bias_variances = features.attenuations.copy(), features.bias_variances.copy()
     for feature in range(len(attenuations)):
-        is_wall = features.reflectors[feature, 0] == _WALL
-        if may_be_soft[feature]:
-            features.reflectors[feature, 3] = 0.0
         log_likelihoods, excesses = _likelihoods(measurements, tables, features, feature)
-        loss = _reflection_loss(log_likelihoods) if may_be_soft[feature] else 0.0
-        if loss > 0.0:
-            features.reflectors[feature, 3] = loss
-            log_likelihoods, excesses = _likelihoods(measurements, tables, features, feature)
         past = _past(measurements, features, feature)
-        if is_wall:
+        if features.reflectors[feature, 0] == _WALL:
             _bias_variances(bias_variances[feature], tables, log_likelihoods, excesses)
         for station in range(len(log_likelihoods)):
             if past[station]:
