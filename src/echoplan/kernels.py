@@ -1,4 +1,4 @@
-"""Pieces of compiled functions that NumPy has, too, but which Numba compiles for seconds.
+"""Small functions for compiled code: NumPy has them, too, but Numba takes seconds to compile those.
 
 Importing this module imports numba, which takes its time: import it where it is used.
 """
@@ -55,7 +55,7 @@ def median_of(values: FloatArray) -> float:
 
 @inlined
 def doubled(values: A) -> A:
-    """Return an array of twice the length that begins with the given values; the rest has none yet."""
+    """Return an array of twice the length that begins with the given values; the rest is not set."""
     longer = np.empty(2 * len(values), values.dtype)
     for place in range(len(values)):
         longer[place] = values[place]
@@ -64,7 +64,7 @@ def doubled(values: A) -> A:
 
 @inlined
 def solve_small(matrix: FloatArray, right: FloatArray) -> FloatArray:
-    """Solve a linear system with a symmetric positive definite matrix of few rows by elimination; both are used up."""
+    """Solve a small system with a symmetric positive definite matrix by elimination; both arguments are overwritten."""
     size = len(right)
     for column in range(size):
         for row in range(column + 1, size):

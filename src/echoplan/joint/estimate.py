@@ -361,10 +361,10 @@ class Estimate:
         return effective_sample_ratio(self.measurements, found.owners, found.residuals, noise=self.noise)
 
     def _search(self, *, rounds: int | None = None) -> Search:
-        settings, half, soft = self.settings.search, self.half_aperture, not self.model.cone
+        settings = self.settings.search
         if rounds is not None:
             settings = settings.model_copy(update={"max_rounds": rounds})
-        return Search(self.likelihood, self.arcs, half_aperture=half, settings=settings, allows_soft_walls=soft)
+        return Search(self.likelihood, self.arcs, half_aperture=self.half_aperture, settings=settings)
 
 
 def initial_noise(settings: EstimateSettings, resolution: float) -> float:

@@ -61,22 +61,15 @@ class SearchSettings(AcceptanceSettings):
 class Search:
     """Search for the landmarks that maximise the likelihood of the pings.
 
-    ``arcs`` are those of all stations, ``half_aperture`` is that of the sensors [rad]. Rays know no soft walls.
+    ``arcs`` are those of all stations, ``half_aperture`` is that of the sensors [rad].
     """
 
     def __init__(
-        self,
-        likelihood: PingLikelihood,
-        arcs: Sequence[Arc],
-        *,
-        half_aperture: float,
-        settings: SearchSettings,
-        allows_soft_walls: bool = False,
+        self, likelihood: PingLikelihood, arcs: Sequence[Arc], *, half_aperture: float, settings: SearchSettings
     ) -> None:
         self.likelihood = likelihood
         self.arcs = list(arcs)
         self.settings = settings
-        self.allows_soft_walls = allows_soft_walls
         self.acceptance = AcceptanceTest(likelihood.measurements, half_aperture=half_aperture, settings=settings)
 
     @cached_property
@@ -99,9 +92,8 @@ class Search:
         features = self.tested(self._renewed(known))
         for _ in range(self.settings.max_rounds):
             grown = split_joined_walls(self.likelihood, self._grown(features, self._seeded(features)), self.acceptance)
-            if self.allows_soft_walls:
-                # They explain what nothing harder does.
-                grown = self._grown(grown, self._soft(grown))
+            # Soft walls explain what nothing harder does.
+            grown = self._grown(grown, self._soft(grown))
             if [each.key for each in grown] == [each.key for each in features]:
                 return grown
             features = grown
@@ -260,7 +252,9 @@ class Search:
         return rows, log_densities, free
 
     def _soft(self, features: Sequence[Hypothesis]) -> list[Hypothesis]:
-        """Propose walls that absorb sound."""
+        """Propose walls that absorb sound; rays are not absorbed."""
+        if self.likelihood.tables.cone:
+            return []
         rows, log_densities, free = self._proposals(features)
         walls = rows[rows[:, 0] == Kind.WALL]
         soft = [np.column_stack([walls[:, :3], np.full(len(walls), loss)]) for loss in _LOSSES]
