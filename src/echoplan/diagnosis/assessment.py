@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from echoplan.diagnosis.calibration import servo_error
-from echoplan.diagnosis.causes import Remedy, find_remedies
+from echoplan.diagnosis.causes import Cause, Remedy, find_remedies
 from echoplan.diagnosis.consistency import consistency, sampled, stations_of, windows
 from echoplan.diagnosis.stations import Misplaced, misplaced_stations
 from echoplan.diagnosis.wording import next_step, reasons
@@ -25,10 +25,9 @@ _STEP = 0.5
 _AGREE = EstimateSettings().min_inlier_ratio
 # Number of windows of a long recording over which the share is averaged: each takes as long as mapping it.
 _WINDOWS = 5
-# Thresholds of doubtful and of failed maps: share of explained echoes, and share of those whose landmark a second
-# station detects. Chosen on seeds from 1000 of benchmarks/verdicts.py.
-_GOOD, _FAILED = 0.8, 0.6
-_CONFIRMED, _LONE = 0.5, 0.3
+# Least share of the echoes of a good map that landmarks explain which two stations detect; least shares, of any other
+# map, that landmarks explain, and such landmarks. Chosen on seeds from 1000 of benchmarks/verdicts.py.
+_GOOD, _FAILED, _LONE = 0.8, 0.6, 0.25
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,7 +39,7 @@ class Measures:
     share : float
         Share of the echoes that the map explains.
     confirmed : float
-        Share of the explained echoes whose landmark a second station detects, too.
+        Share of the echoes that the map explains by landmarks that two stations detect.
     features : int
         Number of walls, corners and cylinders of the map.
     faults : Faults, optional
@@ -75,8 +74,11 @@ class Measures:
 
     @property
     def is_unconfirmed(self) -> bool:
-        """Whether too few echoes are confirmed by a second station, in a recording from several places."""
-        return self.confirmed < _CONFIRMED and not self.faults.recording
+        """Whether too few echoes are explained by what two stations detect, in a recording from several places.
+
+        With wrong poses each station gets landmarks of its own, which explain most of its echoes.
+        """
+        return self.confirmed < _GOOD and not self.faults.recording
 
 
 def assess(
@@ -151,7 +153,7 @@ def examine(
         # What looks like a servo error may be another mistake.
         is_consistent = consistency(sampled(turned, rig), rig).share >= _AGREE
         is_strange = error != AS_RECORDED or not is_consistent or _odd_sensor(turned, rig) is not None
-        remedies = find_remedies(cleaned, rig, conventions=now) if is_strange else ()
+        remedies = find_remedies(cleaned, rig, conventions=now, causes=_suspects(rig, is_strange=is_strange))
         misplaced = () if remedies else misplaced_stations(turned, rig)
         measures = replace(measures, misplaced=misplaced, remedies=remedies)
     return _quality(measures, now, has_rig_file=has_rig_file)
@@ -190,9 +192,10 @@ def _measured(feature_map: FeatureMap, rig: Rig, sweeps: Sequence[Sweep], now: C
     cleaned = clean_sweeps(sweeps, rig, faults)
     placed = placed_sweeps(cleaned, feature_map)
     ratio = _inlier_ratio(feature_map)
+    share = _share(ratio, rig, placed, faults) if placed else 0.0
     measures = Measures(
-        share=_share(ratio, rig, placed, faults) if placed else 0.0,
-        confirmed=_confirmed(feature_map),
+        share=share,
+        confirmed=share * _confirmed(feature_map),
         features=len(feature_map.walls) + len(feature_map.corners) + len(feature_map.cylinders),
         faults=faults,
         crossed=_crossed_walls(feature_map),
@@ -204,13 +207,24 @@ def _measured(feature_map: FeatureMap, rig: Rig, sweeps: Sequence[Sweep], now: C
     measures = replace(measures, odd_sensor=_odd_sensor(placed, rig))
     is_strange = verdict_of(replace(measures, faults=Faults(), unchecked="")) is not Verdict.GOOD
     # What looks like a servo error may be another mistake.
-    if is_strange or servo_of(feature_map) != AS_RECORDED:
-        remedies = find_remedies(cleaned, rig, conventions=now)
-        measures = replace(measures, remedies=remedies)
+    suspects = _suspects(rig, is_strange=is_strange or servo_of(feature_map) != AS_RECORDED)
+    measures = replace(measures, remedies=find_remedies(cleaned, rig, conventions=now, causes=suspects))
     # In a failed map most stations are inconsistent, so none is singled out.
     if verdict_of(measures) is not Verdict.FAILED:
         measures = replace(measures, misplaced=misplaced_stations(placed, rig))
     return measures
+
+
+def _suspects(rig: Rig, *, is_strange: bool) -> tuple[Cause, ...]:
+    """Return the mistakes to test: without symptoms only that of which there may be none, a sensor among many."""
+    if is_strange:
+        return tuple(Cause)
+    return (Cause.SENSOR,) if _may_hide_sensor(rig) else ()
+
+
+def _may_hide_sensor(rig: Rig) -> bool:
+    """Return True if a good map may leave all echoes of one sensor unexplained."""
+    return len(rig.sensors) * (1.0 - _GOOD) >= 1.0
 
 
 def _inlier_ratio(feature_map: FeatureMap) -> float | None:
@@ -221,11 +235,8 @@ def _inlier_ratio(feature_map: FeatureMap) -> float | None:
 
 
 def _odd_sensor(placed: Sequence[Sweep], rig: Rig) -> int | None:
-    """Return the sensor that is not consistent with the others, if there is one.
-
-    Of few sensors, each makes so many of the echoes that the share of all of them shows it.
-    """
-    if len(rig.sensors) * (1.0 - _GOOD) < 1.0:
+    """Return the sensor that is not consistent with the others, if there is one."""
+    if not _may_hide_sensor(rig):
         return None
     found = consistency(sampled(placed, rig, stations=EstimateSettings().window.stations), rig)
     return rig.sensors[found.strangest].sensor_id if found.has_odd_sensor else None

@@ -1,7 +1,7 @@
 """Causes: mistakes in the conventions of a recording, each tested on the recording itself."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from itertools import product
@@ -59,7 +59,9 @@ class Remedy:
     share_before: float = 0.0
 
 
-def find_remedies(sweeps: Sequence[Sweep], rig: Rig, *, conventions: Conventions) -> tuple[Remedy, ...]:
+def find_remedies(
+    sweeps: Sequence[Sweep], rig: Rig, *, conventions: Conventions, causes: Collection[Cause] = tuple(Cause)
+) -> tuple[Remedy, ...]:
     """Test common mistakes, one at a time, on a sample of a recording.
 
     Parameters
@@ -70,6 +72,8 @@ def find_remedies(sweeps: Sequence[Sweep], rig: Rig, *, conventions: Conventions
         Sensors that recorded them.
     conventions : Conventions
         Conventions as in ``rig.toml``.
+    causes : collection of Cause, optional
+        Mistakes to test; all by default.
 
     Returns
     -------
@@ -78,20 +82,27 @@ def find_remedies(sweeps: Sequence[Sweep], rig: Rig, *, conventions: Conventions
     """
     some = sampled(sweeps, rig)
     # With fewer places, any conventions are consistent.
-    if count_places(some) < ENOUGH_PLACES:
+    if not causes or count_places(some) < ENOUGH_PLACES:
         return ()
+    found = sorted(_found(some, rig, conventions=conventions, causes=causes), key=lambda each: -each[0])
+    return tuple(remedy for gain, remedy in found if gain > _AS_GOOD * found[0][0])
+
+
+def _found(
+    sweeps: Sequence[Sweep], rig: Rig, *, conventions: Conventions, causes: Collection[Cause]
+) -> Iterator[tuple[float, Remedy]]:
+    """Yield the remedies that explain the echoes better, with the gain in log evidence [nats]."""
     # A small servo error is no mistake, since `joint` calibrates it.
-    before = consistency(servo_turned(some, servo_error(some, rig)), rig)
-    recorded = [conventions.undo(sweep) for sweep in some]
-    found: list[tuple[float, Remedy]] = []
-    for trial in _trials(some, rig, conventions, before):
+    before = consistency(servo_turned(sweeps, servo_error(sweeps, rig)), rig)
+    recorded = [conventions.undo(sweep) for sweep in sweeps]
+    for trial in _trials(sweeps, rig, conventions, before):
+        if trial.cause not in causes:
+            continue
         after = consistency([trial.conventions.apply(sweep) for sweep in recorded], _turned_about(rig, trial))
         gain = _gain(after, trial.conventions.range_unit / conventions.range_unit) - before.gain
-        concerned = after.weight if trial.sensor_id is None else float(after.weights[before.strangest, 0])
-        if _explains(after, gain=gain, concerned=concerned):
-            found.append((gain, replace(trial, share=after.share, share_before=before.share)))
-    found.sort(key=lambda each: -each[0])
-    return tuple(remedy for gain, remedy in found if gain > _AS_GOOD * found[0][0])
+        # Without the echoes of a sensor, the others may be explained better by chance.
+        if _explains(after if trial.sensor_id is None else after.of_sensor(before.strangest), gain=gain):
+            yield gain, replace(trial, share=after.share, share_before=before.share)
 
 
 # Least share of explained echoes with a remedy, and share above which the lower threshold applies; thresholds of the
@@ -103,10 +114,10 @@ _BETTER, _FAR_BETTER = 0.5, 1.5
 _AS_GOOD = 0.97
 
 
-def _explains(after: Consistency, *, gain: float, concerned: float) -> bool:
-    """Return True if a correction explains the echoes, and clearly more of the independent ones that it concerns."""
-    least = _BETTER if after.share > _NEARLY_ALL else _FAR_BETTER
-    return after.share > _ENOUGH and gain > least * concerned
+def _explains(concerned: Consistency, *, gain: float) -> bool:
+    """Return True if a correction explains the echoes that it concerns, and clearly better."""
+    least = _BETTER if concerned.share > _NEARLY_ALL else _FAR_BETTER
+    return concerned.share > _ENOUGH and gain > least * concerned.weight
 
 
 def _gain(tried: Consistency, scale: float) -> float:

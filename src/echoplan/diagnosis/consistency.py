@@ -59,6 +59,11 @@ class Consistency(NamedTuple):
         """Explained share of the echoes that belong to arcs; 0 without any."""
         return float(self.explained.sum()) / max(int(self.grouped.sum()), 1)
 
+    def of_sensor(self, sensor: int) -> "Consistency":
+        """Return the consistency of the echoes of one sensor, given by its index."""
+        one = slice(sensor, sensor + 1)
+        return self._replace(explained=self.explained[one], grouped=self.grouped[one], weights=self.weights[one])
+
     @property
     def strangest(self) -> int:
         """Index of the sensor of whose echoes the smallest share is explained."""

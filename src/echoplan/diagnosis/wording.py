@@ -69,9 +69,8 @@ def _unchecked(measures: "Measures") -> str:
 def _shares(measures: "Measures") -> Iterator[str]:
     if measures.is_unexplained:
         yield f"Only {_percent(measures.share)} of the echoes fit together."
-    if measures.is_unconfirmed:
-        confirmed = _percent(measures.confirmed)
-        yield f"Only {confirmed} of the echoes come from something that a second station detects, too."
+    elif measures.is_unconfirmed:
+        yield f"Only {_percent(measures.confirmed)} of the echoes come from something that two stations detect."
 
 
 def next_step(measures: "Measures", now: Conventions, *, has_rig_file: bool = True) -> str:

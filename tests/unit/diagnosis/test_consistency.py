@@ -44,3 +44,8 @@ def test_one_backward_sensor_of_a_ring_is_named_although_most_echoes_fit() -> No
     assert quality is not None
     assert quality.verdict is not echoplan.Verdict.GOOD
     assert "Sensor 5 seems to look the other way" in quality.reasons[0]
+
+
+def test_one_sensor_is_taken_from_the_others() -> None:
+    silent = of_sensors((14, 16), (0, 3), (7, 16)).of_sensor(1)
+    assert (silent.share, silent.weight, len(silent.weights)) == (0.0, 0.0, 1)
