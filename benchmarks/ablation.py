@@ -148,7 +148,7 @@ def map_all(kind: str, seeds: Sequence[int], rules: Sequence[str], workers: int)
     """Map recordings with all rules and without each of them."""
     jobs = [Job(kind, seed, rule) for rule in (ALL, *rules) for seed in seeds]
     # Loading the compiled code is no part of the time of the first map.
-    with ProcessPoolExecutor(workers, initializer=run, initargs=jobs[:1]) as pool:
+    with ProcessPoolExecutor(workers, initializer=run, initargs=(jobs[0],)) as pool:
         maps = list(tracked(pool.map(run, jobs), total=len(jobs), task=f"mapping {kind}"))
     found: dict[str, list[Mapped]] = {}
     for job, each in zip(jobs, maps, strict=True):
