@@ -19,8 +19,8 @@ from echoplan.joint.map_extraction.surroundings import points_on
 from echoplan.joint.optimisation.edge_diffraction import diffracted, edges_of
 from echoplan.joint.optimisation.optimiser import Features, OptimiserSettings, Priors, optimise
 from echoplan.joint.optimisation.values import Values
+from echoplan.joint.search.corner_echoes import Echoes
 from echoplan.joint.search.ray_paths import trace_paths
-from echoplan.joint.search.specular_points import Echoes
 from echoplan.model import ClassProbabilities
 from echoplan.preprocessing.measurements import Measurements
 from helpers.expectations import NOISE, REACH, ROOM, SONAR, feature, likelihood, listening, pings_of, rescored, wall
@@ -156,6 +156,6 @@ def survey(
         solution=solution,
         segments=segments,
         vertices=find_vertices(segments, echoes, CornerSettings()) if joined else [],
-        squareness=None,
+        manhattan_prior=None,
         settings=MapSettings(),
     )

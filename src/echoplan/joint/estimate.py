@@ -81,7 +81,7 @@ class Estimate:
     pose_model: PoseModel = PoseModel.FIXED
     pose_status: PoseStatus = field(default_factory=PoseStatus)
     # Manhattan prior: right angles between walls.
-    square: ManhattanPrior | None = None
+    right_angles: ManhattanPrior | None = None
     # Whether figure of merit and beam are variables; whether detections constrain headings (heading factors).
     is_calibrated: bool = False
     has_heading_factors: bool = False
@@ -139,21 +139,22 @@ class Estimate:
         return self.pose_prior is not None and self.pose_prior.relative
 
     @property
-    def squareness(self) -> ManhattanPrior | None:
+    def manhattan_prior(self) -> ManhattanPrior | None:
         """Manhattan prior with its members among the current landmarks; None without members."""
         members: BoolArray = np.array([each.is_square for each in self.features], dtype=bool)
-        return self.square._replace(members=members) if self.square is not None and members.any() else None
+        prior = self.right_angles
+        return prior._replace(members=members) if prior is not None and members.any() else None
 
-    def with_squareness(self, manhattan_prior: ManhattanPrior | None) -> "Estimate":
+    def with_manhattan_prior(self, manhattan_prior: ManhattanPrior | None) -> "Estimate":
         """Return the estimate with a Manhattan prior (or none), whose members are marked on the landmarks."""
         members = np.zeros(len(self.features), dtype=bool) if manhattan_prior is None else manhattan_prior.members
         features = [replace(each, is_square=bool(e)) for each, e in zip(self.features, members, strict=True)]
-        return replace(self, square=manhattan_prior, features=features)
+        return replace(self, right_angles=manhattan_prior, features=features)
 
     @property
     def is_along_axes(self) -> bool:
         """Whether the Manhattan prior aligns walls with the axes of the map."""
-        return self.squareness is not None and self.squareness.along_axes
+        return self.manhattan_prior is not None and self.manhattan_prior.along_axes
 
     @property
     def has_servo(self) -> bool:
@@ -309,7 +310,7 @@ class Estimate:
             effective_sample_ratio=self.effective_sample_ratio,
             bias_sigma=self.shared_rounding(noise) if poses is None or poses.relative else self.bias_sigma,
             beam_prior=self.beam_prior if self.is_calibrated else None,
-            squareness=self.squareness,
+            manhattan_prior=self.manhattan_prior,
             bearings=self.has_heading_factors,
             servo=self.servo,
         )
@@ -330,11 +331,11 @@ class Estimate:
         return replace(self, model=fitted, beam_prior=(fitted.figure_of_merit, math.log(fitted.ka)))
 
     def estimate_noise(self) -> "Estimate":
-        """Estimate the noise from the scatter of the residuals, within its limits."""
-        scatter = self.solution.scatter if self.solution else math.nan
-        if math.isnan(scatter):
+        """Estimate the noise from the residuals, within its limits."""
+        sigma = self.solution.robust_sigma if self.solution else math.nan
+        if math.isnan(sigma):
             return self
-        most = min(scatter, self.settings.max_sigma)
+        most = min(sigma, self.settings.max_sigma)
         return replace(self, noise=max(most, self.settings.min_sigma, self.rounding))
 
     def inlier_mask(self, features: Sequence[Hypothesis]) -> BoolArray:

@@ -17,7 +17,7 @@ from echoplan.joint.optimisation.factors import InformationPrior, LinearFactor, 
 from echoplan.joint.optimisation.layout import Layout
 from echoplan.joint.optimisation.values import Values
 from echoplan.joint.pose_status import PoseModel, PoseStatus
-from echoplan.joint.search.specular_points import CornerEcho, Echoes
+from echoplan.joint.search.corner_echoes import CornerEcho, Echoes
 from echoplan.preprocessing.servo import ServoError
 
 __all__ = ["MarginalPrior", "marginalise_poses", "places_of"]

@@ -23,9 +23,9 @@ from echoplan.joint.optimisation.pose_factors import PosePrior, pose_factors
 from echoplan.joint.optimisation.range_factors import as_arrays
 from echoplan.joint.optimisation.values import Values
 from echoplan.joint.search.alternatives import class_probabilities
+from echoplan.joint.search.corner_echoes import CornerEcho, corner_echoes
 from echoplan.joint.search.occlusion import hiding
 from echoplan.joint.search.ray_paths import Paths, trace_paths, unoccluded_stations
-from echoplan.joint.search.specular_points import CornerEcho, corner_echoes
 from echoplan.joint.trace import Decision, Reason, record_event
 from echoplan.joint.trajectory import dead_reckoned
 from echoplan.model import ClassProbabilities
@@ -60,7 +60,7 @@ def survey(estimate: Estimate, path_xy: FloatArray) -> MapBuilder:
     )
     nothing = select_measurements(estimate.recorded, np.zeros(len(estimate.recorded.readings), dtype=bool))
     priors = estimate.priors(estimate.noise, None)._replace(
-        squareness=None, information_inflation=estimate.information_inflation()
+        manhattan_prior=None, information_inflation=estimate.information_inflation()
     )
     known = marginal_prior.reordered(found, state.layout)
     solution = optimise(nothing, state, priors, settings.optimiser, known=known)
@@ -68,7 +68,7 @@ def survey(estimate: Estimate, path_xy: FloatArray) -> MapBuilder:
     if square is not None:
         # Alignment with the axes was decided with the absolute poses, which are eliminated by now.
         square = square._replace(along_axes=estimate.is_along_axes)
-        solution = optimise(nothing, state, priors._replace(squareness=square), settings.optimiser, known=known)
+        solution = optimise(nothing, state, priors._replace(manhattan_prior=square), settings.optimiser, known=known)
     features = [replace(each, reflector=row) for each, row in zip(found, solution.reflectors, strict=True)]
     echoes = marginal_prior.corner_echoes_of(features)
     segments = find_segments(features, echoes, path_xy, settings.segments)
@@ -80,7 +80,7 @@ def survey(estimate: Estimate, path_xy: FloatArray) -> MapBuilder:
         solution=replace(solution, offset_sigma=best, model_error=lacking.model_error),
         segments=segments,
         vertices=find_vertices(segments, echoes, settings.corners),
-        squareness=square,
+        manhattan_prior=square,
         settings=settings.map,
         ties=settings.optimiser.corner_factors,
         path_xy=path_xy,

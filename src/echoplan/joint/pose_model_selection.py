@@ -7,7 +7,7 @@ import numpy as np
 from echoplan.arrays import FloatArray
 from echoplan.geometry import aligned
 from echoplan.joint.estimate import Estimate
-from echoplan.joint.optimisation.odometry_noise import VERY_STRONG, are_quantised, scatter
+from echoplan.joint.optimisation.odometry_noise import VERY_STRONG, are_quantised, log_odds_absolute_vs_odometry
 from echoplan.joint.optimisation.pose_factors import PosePrior, waypoint_prior
 from echoplan.joint.pose_correction.annealing import anneal, refine, refine_right_angles
 from echoplan.joint.pose_correction.consistency import (
@@ -135,13 +135,18 @@ def _better(estimate: Estimate, alternative: Estimate) -> Estimate:
     return alternative if _log_evidence(alternative) > _log_evidence(estimate) + VERY_STRONG else estimate
 
 
+def _log_odds_absolute(tracked: Estimate) -> float:
+    """Return the log odds of independent pose errors against those of odometry [nats]."""
+    return log_odds_absolute_vs_odometry(tracked.measured_poses, tracked.poses)
+
+
 def _odometry_or_absolute(tracked: Estimate, by_hand: Estimate) -> Estimate:
     """Return absolute poses if the evidence of the echoes for them exceeds that of the pose errors for odometry.
 
     Poses at round numbers are waypoints, whose errors are no evidence for odometry.
     """
     is_marked = are_quantised(tracked.measured_poses)
-    errors = 0.0 if is_marked else -scatter(tracked.measured_poses, tracked.poses)
+    errors = 0.0 if is_marked else -_log_odds_absolute(tracked)
     return by_hand if _log_evidence(by_hand) > _log_evidence(tracked) + max(errors, VERY_STRONG) else tracked
 
 
@@ -254,14 +259,12 @@ def _absolute_or_odometry(estimate: Estimate, ratio: float, tracked: Estimate) -
 def _may_be_steps(tracked: Estimate) -> bool:
     """Return True unless the pose errors are clearly independent, which excludes odometry."""
     most = -VERY_STRONG if are_quantised(tracked.measured_poses) else VERY_STRONG
-    return scatter(tracked.measured_poses, tracked.poses) <= most
+    return _log_odds_absolute(tracked) <= most
 
 
 def _is_clearly_odometry(estimate: Estimate, tracked: Estimate) -> bool:
     """Return True if only the odometry solution is consistent, and its pose errors clearly accumulate."""
-    adds_up = scatter(tracked.measured_poses, tracked.poses) < -_BEYOND_DOUBT and not are_quantised(
-        tracked.measured_poses
-    )
+    adds_up = _log_odds_absolute(tracked) < -_BEYOND_DOUBT and not are_quantised(tracked.measured_poses)
     return adds_up and agrees(tracked) and not agrees(estimate)
 
 

@@ -11,7 +11,7 @@ from echoplan.joint.optimisation.factors import InformationPrior, LinearFactor, 
 from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS
 from echoplan.joint.optimisation.range_factors import as_arrays
 from echoplan.joint.optimisation.values import Values
-from echoplan.joint.search.specular_points import CornerEcho
+from echoplan.joint.search.corner_echoes import CornerEcho
 from helpers.expectations import SONAR, corner, cylinder, feature, wall
 
 EAST, COLUMN, POINT = wall(0.0, 2.0), cylinder(10.0, 1.0, 0.1), corner(0.5, 0.5)

@@ -207,7 +207,7 @@ def test_heading_factors_are_part_of_the_marginal_prior(monkeypatch: pytest.Monk
     by_hand = estimate(0, 7)
     walls = np.array([each.is_wall for each in by_hand.features])
     by_hand = replace(
-        by_hand.with_squareness(ManhattanPrior(walls, np.radians(1.0), along_axes=True)), has_heading_factors=True
+        by_hand.with_manhattan_prior(ManhattanPrior(walls, np.radians(1.0), along_axes=True)), has_heading_factors=True
     )
     by_hand = replace(by_hand, pose_prior=waypoint_prior(by_hand.measured_poses, by_hand.settings.pose_errors))
     told = marginalise(by_hand, 7).summary.information

@@ -205,7 +205,7 @@ def test_inconsistent_poses_in_whole_centimetres_are_always_corrected(monkeypatc
 @pytest.mark.parametrize("torn", [True, False])
 def test_independent_pose_errors_exclude_odometry(monkeypatch: pytest.MonkeyPatch, *, torn: bool) -> None:
     others: dict[str, Any] = {
-        "scatter": lambda measured_poses, poses: 9.0,
+        "log_odds_absolute_vs_odometry": lambda measured_poses, poses: 9.0,
         "has_duplicated_walls": lambda estimate: torn,
     }
     found = selected(monkeypatch, agree={PoseModel.ODOMETRY}, log_evidence_without_bias=STEPS_FIRST, others=others)
@@ -219,7 +219,7 @@ def test_accumulating_pose_errors_exclude_waypoints_unless_the_echoes_outweigh_t
 ) -> None:
     # The log evidence of absolute poses is 10 nats greater than that of odometry.
     others: dict[str, Any] = {
-        "scatter": lambda measured_poses, poses: errors,
+        "log_odds_absolute_vs_odometry": lambda measured_poses, poses: errors,
         "has_duplicated_walls": lambda estimate: torn,
     }
     found = selected(monkeypatch, agree={PoseModel.ODOMETRY}, log_evidence_without_bias=HAND_FIRST, others=others)
@@ -233,7 +233,7 @@ def test_absolute_poses_are_not_tried_if_errors_clearly_accumulate(
 ) -> None:
     thought = list[Any]()
     others: dict[str, Any] = {
-        "scatter": lambda measured_poses, poses: errors,
+        "log_odds_absolute_vs_odometry": lambda measured_poses, poses: errors,
         "are_quantised": lambda measured_poses: round_,
         "has_duplicated_walls": lambda estimate: torn,
         "place": recording_step(thought),
@@ -248,7 +248,7 @@ def test_poses_at_round_numbers_are_waypoints_unless_errors_clearly_accumulate(
     monkeypatch: pytest.MonkeyPatch, errors: float, expected: PoseModel
 ) -> None:
     others: dict[str, Any] = {
-        "scatter": lambda measured_poses, poses: errors,
+        "log_odds_absolute_vs_odometry": lambda measured_poses, poses: errors,
         "are_quantised": lambda measured_poses: True,
     }
     found = selected(monkeypatch, agree={PoseModel.ODOMETRY}, log_evidence_without_bias=STEPS_FIRST, others=others)

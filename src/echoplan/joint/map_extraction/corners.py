@@ -11,7 +11,7 @@ from pydantic import Field
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions, intersections
 from echoplan.joint.map_extraction.segment import Segment
-from echoplan.joint.search.specular_points import CornerEcho, Echoes, returns_sound
+from echoplan.joint.search.corner_echoes import CornerEcho, Echoes, returns_sound
 from echoplan.model import CornerKind
 from echoplan.settings import Settings
 

@@ -110,7 +110,7 @@ class MapBuilder:
         Wall segments.
     vertices : sequence of Vertex
         Corners where segments meet.
-    squareness : ManhattanPrior or None
+    manhattan_prior : ManhattanPrior or None
         Manhattan prior that was used.
     settings : MapSettings
         Criteria for what is drawn.
@@ -124,7 +124,7 @@ class MapBuilder:
     solution: Solution
     segments: Sequence[Segment]
     vertices: Sequence[Vertex]
-    squareness: ManhattanPrior | None
+    manhattan_prior: ManhattanPrior | None
     settings: MapSettings
     ties: CornerFactorSettings = field(default_factory=CornerFactorSettings)
     path_xy: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
@@ -135,10 +135,10 @@ class MapBuilder:
         Keys are ``walls``, the number of its members, ``sigma``, the standard deviation of their directions [rad], and
         ``along_axes``, whether they are aligned with the axes of the map.
         """
-        if self.squareness is None:
+        if self.manhattan_prior is None:
             return {}
-        walls = int(sum(self.squareness.members[segment.owner] for segment in self.segments))
-        return {"walls": walls, "sigma": self.squareness.sigma, "along_axes": self.squareness.along_axes}
+        walls = int(sum(self.manhattan_prior.members[segment.owner] for segment in self.segments))
+        return {"walls": walls, "sigma": self.manhattan_prior.sigma, "along_axes": self.manhattan_prior.along_axes}
 
     def walls(self, gaps: Sequence[Gap]) -> tuple[Wall, ...]:
         """Return one wall per segment; walls on both sides of an open gap end at its jambs."""
@@ -342,7 +342,7 @@ class MapBuilder:
         sin(b) rather than r, the distance of the vertex. Therefore the vertex is known only if walls are square to each
         other.
         """
-        if feature.kind is Kind.CORNER and self.squareness is None:
+        if feature.kind is Kind.CORNER and self.manhattan_prior is None:
             return False
         distances = [math.dist(each.position_xy, feature.reflector[1:3]) for each in self.vertices]
         far = min(distances, default=math.inf) > self.settings.lone_corner_min_distance

@@ -32,7 +32,7 @@ from echoplan.joint.map_extraction.surroundings import (
     is_copy,
     points_on,
 )
-from echoplan.joint.search.specular_points import Echoes
+from echoplan.joint.search.corner_echoes import Echoes
 from echoplan.settings import Settings
 
 __all__ = ["SegmentSettings", "find_segments"]

@@ -11,7 +11,7 @@ from echoplan.arrays import BoolArray, FloatArray
 from echoplan.geometry import directions, intersections, is_blocked
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.map_extraction.segment import CELL, PARALLEL, Segment
-from echoplan.joint.search.specular_points import Echoes
+from echoplan.joint.search.corner_echoes import Echoes
 
 __all__ = [
     "Beside",

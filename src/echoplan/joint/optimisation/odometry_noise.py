@@ -18,7 +18,7 @@ __all__ = [
     "are_quantised",
     "estimate_odometry_noise",
     "estimate_waypoint_noise",
-    "scatter",
+    "log_odds_absolute_vs_odometry",
 ]
 
 # Log-likelihood ratio from which evidence is very strong [nats] (Kass and Raftery 1995).
@@ -162,7 +162,7 @@ def estimate_waypoint_noise(
     return pose_prior._replace(sigmas=sigmas)
 
 
-def scatter(measured_poses: FloatArray, poses: FloatArray) -> float:
+def log_odds_absolute_vs_odometry(measured_poses: FloatArray, poses: FloatArray) -> float:
     r"""Return the log-likelihood ratio of independent pose errors against accumulated ones [nats].
 
     An error of odometry persists in all later poses; a waypoint placed by hand has an error of its own. Both kinds are

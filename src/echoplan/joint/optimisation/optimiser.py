@@ -182,7 +182,7 @@ def heading_factors(measurements: Measurements, now: Values, priors: Priors) -> 
 
 def _heading_measurements(measurements: Measurements, now: Values, priors: Priors) -> HeadingMeasurements:
     """Measure the directions of walls as seen from stations, if they can determine yaw or servo."""
-    poses, square = priors.poses, priors.squareness
+    poses, square = priors.poses, priors.manhattan_prior
     along_axes = poses is not None and not poses.relative and square is not None and square.along_axes
     if not priors.bearings or not (along_axes or priors.servo is not None):
         return NO_HEADINGS
@@ -312,8 +312,8 @@ def _columns(readings: _RangeLinearisation, of_features: IntArray, starts: tuple
 def _prior_factors(now: Values, layout: Layout, priors: Priors, settings: OptimiserSettings) -> Iterator[LinearFactor]:
     """Yield all factors that do not depend on pings: priors, Manhattan, pose and corner factors."""
     yield sonar_prior(now, layout.sonar, priors, settings)
-    if priors.squareness is not None:
-        yield manhattan_factor(priors.squareness, now.features.reflectors[:, 1], layout.starts)
+    if priors.manhattan_prior is not None:
+        yield manhattan_factor(priors.manhattan_prior, now.features.reflectors[:, 1], layout.starts)
     if priors.poses is not None:
         yield pose_factors(priors.poses, now.poses, layout.pose)
     yield prior(np.arange(layout.sonar), sigma=1.0 / _HOLD, residual=0.0)

@@ -145,7 +145,7 @@ class Priors(NamedTuple):
     beam_prior : tuple of float or None
         Figure of merit [dB] and logarithm of ka as estimated from detections and non-detections; None before that, and
         while poses drift or have not converged: then both are fixed.
-    squareness : ManhattanPrior or None
+    manhattan_prior : ManhattanPrior or None
         Prior of walls at right angles, if there is one.
     bearings : bool
         Whether the angles at which walls are detected determine yaw or servo (heading factors).
@@ -165,7 +165,7 @@ class Priors(NamedTuple):
     effective_sample_ratio: float = 1.0
     information_inflation: float = 1.0
     beam_prior: tuple[float, float] | None = None
-    squareness: ManhattanPrior | None = None
+    manhattan_prior: ManhattanPrior | None = None
     bearings: bool = False
     servo: ServoError | None = None
 

@@ -117,7 +117,7 @@ class Solution:
         return covariance
 
     @property
-    def scatter(self) -> float:
+    def robust_sigma(self) -> float:
         """Robust standard deviation of the residuals [m]; ``nan`` if no reading is explained."""
         explained = np.abs(self.residuals[self.owners >= 0])
         return 1.4826 * float(np.median(explained)) if len(explained) else math.nan

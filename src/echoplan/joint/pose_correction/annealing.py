@@ -24,11 +24,11 @@ def refine(estimate: Estimate, priors: PosePrior) -> Estimate:
     estimate = replace(
         estimate, noise=first, measurements=at_poses(estimate.recorded, estimate.measured_poses, estimate.poses)
     )
-    estimate = estimate.with_squareness(None).search()
+    estimate = estimate.with_manhattan_prior(None).search()
     estimate = replace(estimate, features=_merged(estimate.features, settings.pose_errors.duplicates))
     if not priors.relative and _rests_on_few(estimate):
         square = roughly_square(estimate.features, settings.manhattan, may_lie_along_axes=True)
-        estimate = estimate.with_squareness(square)
+        estimate = estimate.with_manhattan_prior(square)
     estimate = estimate.alternate(first, priors, 3).estimate_figure_of_merit()
     estimate = estimate.alternate(0.75 * first, priors, 2).estimate_noise()
     estimate, learned = _learned(replace(estimate, has_heading_factors=True), priors)
@@ -86,7 +86,7 @@ def impose_right_angles(estimate: Estimate) -> Estimate:
     settings = estimate.settings.manhattan
     estimate = replace(estimate, features=_merged(estimate.features, estimate.settings.duplicates))
     manhattan_prior = roughly_square(estimate.features, settings, may_lie_along_axes=_rests_on_few(estimate))
-    estimate = estimate.with_squareness(manhattan_prior)
+    estimate = estimate.with_manhattan_prior(manhattan_prior)
     if manhattan_prior is None:
         return estimate
     kept = [
@@ -107,13 +107,13 @@ def refine_right_angles(estimate: Estimate, priors: PosePrior | None) -> Estimat
 
     A former prior without evidence is removed. ``priors`` is None if the poses are fixed.
     """
-    now, manhattan_prior, settings = estimate.solution, estimate.squareness, estimate.settings.manhattan
+    now, manhattan_prior, settings = estimate.solution, estimate.manhattan_prior, estimate.settings.manhattan
     by_hand = priors is not None and not priors.relative
     assert now is not None
     found = estimate_right_angles(
         now.reflectors, now.layout, now.covariance, settings, manhattan_prior, by_hand=by_hand
     )
-    estimate = estimate.with_squareness(found)
+    estimate = estimate.with_manhattan_prior(found)
     if found is None and manhattan_prior is None:
         return estimate
     return estimate.alternate(estimate.noise, priors, 2)

@@ -65,7 +65,7 @@ def register_in_order(estimate: Estimate, priors: PosePrior, expected: _Expected
     """
     # The calibration of the initial estimate is discarded, since it is based on wrong poses.
     estimate = replace(
-        estimate.with_squareness(None).restart_servo(),
+        estimate.with_manhattan_prior(None).restart_servo(),
         model=estimate.marginal_prior.model or estimate.prior,
         solution=None,
         beam_prior=estimate.marginal_prior.beam_prior,

@@ -13,8 +13,8 @@ from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
 from echoplan.joint.search.acceptance import AcceptanceTest
 from echoplan.joint.search.alternatives import alternatives_to
+from echoplan.joint.search.corner_echoes import returns_sound
 from echoplan.joint.search.refinement import approach
-from echoplan.joint.search.specular_points import returns_sound
 from echoplan.joint.trace import Decision, Reason, record_event
 
 __all__ = ["reclassified", "split_joined_walls"]

@@ -16,9 +16,6 @@ from echoplan.joint.search.ray_paths import Paths
 
 __all__ = ["Occlusion", "hiding"]
 
-# Objects less than this behind a wall may be before it, given the errors of walls and poses [m].
-_BEHIND = 0.05
-
 
 class Occlusion(NamedTuple):
     """Paths through walls: of wall and landmark, the one of the greater log-likelihood ratio exists.
@@ -45,7 +42,7 @@ def hiding(paths: Paths, features: Sequence[Hypothesis], *, gap: float) -> Occlu
     passed = np.zeros((len(features), len(paths.owners)), dtype=bool)
     for number, wall in enumerate(features):
         if wall.is_wall:
-            pings, places = paths.through(wall.line, behind=_BEHIND)
+            pings, places = paths.through(wall.line)
             feet = np.concatenate([wall.history.feet, paths.feet(number, wall.line)])
             pings = pings[_is_between(feet, places, gap)]
             is_less = totals[paths.owners[pings]] < wall.llr

@@ -24,10 +24,10 @@ _SPAN = math.radians(12.0)
 _MOSTLY = 0.5
 # A wall may have a gap at this distance along it from any detection [m].
 _BESIDE = 0.2
-# A path crosses a line only if both its ends are this far from it [m].
+# A path crosses a line only if the sensor is this far from it [m].
 _CLEAR = 0.02
 # Objects less than this behind a wall may be before it, given the errors of walls and poses [m].
-_BEHIND = 0.05
+_BEYOND = 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -70,22 +70,22 @@ class Paths:
 
     def crossings(self, owner: int, line: FloatArray) -> FloatArray:
         """Return where sound of other landmarks crossed the line of a wall [m]: the mean by station and landmark."""
-        pings, places = self.through(line, behind=_BEHIND)
+        pings, places = self.through(line)
         others = self.sure[pings] & (self.owners[pings] != owner)
         pings, places = pings[others], places[others]
         _, groups = np.unique(np.column_stack([self.stations[pings], self.owners[pings]]), axis=0, return_inverse=True)
         means: FloatArray = np.bincount(groups.ravel(), places) / np.maximum(np.bincount(groups.ravel()), 1)
         return means
 
-    def through(self, line: FloatArray, *, behind: float = _CLEAR) -> tuple[IntArray, FloatArray]:
+    def through(self, line: FloatArray) -> tuple[IntArray, FloatArray]:
         """Return the indices of pings whose paths cross a line, and the positions of the crossings along it [m].
 
-        The specular point must be more than ``behind`` beyond the line [m].
+        A specular point at the line or just behind it does not count: the object may stand before the wall.
         """
         normal, along = directions(line[0]), directions(line[0] + math.pi / 2)
         before, beyond = line[1] - self.starts_xy @ normal, line[1] - self.ends_xy @ normal
         with np.errstate(invalid="ignore"):
-            crossed = (before * beyond < 0.0) & (np.abs(before) > _CLEAR) & (np.abs(beyond) > behind)
+            crossed = (before * beyond < 0.0) & (np.abs(before) > _CLEAR) & (np.abs(beyond) > _BEYOND)
         pings = np.flatnonzero(crossed & (self.owners >= 0))
         share = (before[pings] / (before[pings] - beyond[pings]))[:, None]
         starts, ends = self.starts_xy[pings], self.ends_xy[pings]

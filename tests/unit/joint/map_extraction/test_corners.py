@@ -3,7 +3,7 @@ import pytest
 
 from echoplan.joint.map_extraction.corners import CornerSettings, Vertex, find_vertices
 from echoplan.joint.map_extraction.segment import Segment
-from echoplan.joint.search.specular_points import CornerEcho, Echoes
+from echoplan.joint.search.corner_echoes import CornerEcho, Echoes
 from echoplan.model import CornerKind
 from helpers.outlines import segment
 

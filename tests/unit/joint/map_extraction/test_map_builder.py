@@ -9,7 +9,7 @@ from echoplan.geometry import intersections
 from echoplan.joint.map_extraction.openings import Gap
 from echoplan.joint.map_extraction.segment import End
 from echoplan.joint.optimisation.manhattan import ManhattanPrior
-from echoplan.joint.search.specular_points import CornerEcho, Echoes
+from echoplan.joint.search.corner_echoes import CornerEcho, Echoes
 from echoplan.model import Corner, CornerKind, Cylinder, Wall
 from helpers.expectations import ROOM, corner, cylinder, edge, feature, wall
 from helpers.outlines import SURE, segment, survey
@@ -27,7 +27,7 @@ def test_only_walls_count_as_members_of_the_manhattan_prior() -> None:
     drawn = survey(feature(COLUMN, llr_by_station=[9.0, 6.0, 4.0, -1.0]))
     assert drawn.right_angles() == {}
     square = ManhattanPrior(np.array([True, True, False, True, True]), 0.003)
-    assert replace(drawn, squareness=square).right_angles() == {"walls": 3, "sigma": 0.003, "along_axes": False}
+    assert replace(drawn, manhattan_prior=square).right_angles() == {"walls": 3, "sigma": 0.003, "along_axes": False}
 
 
 def test_a_wall_without_vertices_ends_where_it_was_detected() -> None:
@@ -129,7 +129,7 @@ def test_a_lone_corner_is_drawn_where_it_was_detected() -> None:
     inner, outer = (feature(kind(0.4, -0.9), llr_by_station=[9.0] * 4) for kind in (corner, edge))
     square = ManhattanPrior(np.array([True] * 4 + [False]), 0.003)
     for lone, kind in ((inner, CornerKind.CONCAVE), (outer, CornerKind.CONVEX)):
-        drawn = replace(survey(lone), squareness=square).corners()[-1]
+        drawn = replace(survey(lone), manhattan_prior=square).corners()[-1]
         assert drawn.position_xy == pytest.approx([0.4, -0.9])
         assert (drawn.kind, drawn.stations) == (kind, 4)
 
@@ -146,7 +146,7 @@ def test_a_corner_in_the_middle_of_a_wall_is_the_crossing_of_its_walls() -> None
     heard = feature(corner(0.405, 1.4925), llr_by_station=[9.0] * 4)
     partition = segment(0.0, 0.4, (0.3, 1.4), owner=4)
     found = survey(heard, walls=[*ROOM, wall(0.0, 0.4)], pieces={4: [partition]})
-    found = replace(found, squareness=ManhattanPrior(np.array([True] * 5 + [False]), 0.003))
+    found = replace(found, manhattan_prior=ManhattanPrior(np.array([True] * 5 + [False]), 0.003))
     (drawn,) = [each for each in found.corners() if each.stations]
     assert drawn.position_xy == pytest.approx([0.4, 1.5])
     assert drawn.kind is CornerKind.CONCAVE

@@ -12,7 +12,7 @@ from echoplan.joint.likelihood.track_history import LineEvidence
 from echoplan.joint.map_extraction.endpoint_views import OFFSETS
 from echoplan.joint.map_extraction.segment import CELL, Segment
 from echoplan.joint.map_extraction.segments import SegmentSettings, find_segments
-from echoplan.joint.search.specular_points import CornerEcho, Echoes
+from echoplan.joint.search.corner_echoes import CornerEcho, Echoes
 from helpers.expectations import NOISE, corner, cylinder, feature, listening, wall
 from helpers.outlines import Stretch, detecting, remembered
 

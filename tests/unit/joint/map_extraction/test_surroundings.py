@@ -11,7 +11,7 @@ from echoplan.joint.map_extraction.surroundings import (
     is_across,
     is_copy,
 )
-from echoplan.joint.search.specular_points import CornerEcho, Echoes
+from echoplan.joint.search.corner_echoes import CornerEcho, Echoes
 from helpers.outlines import segment
 
 LINE = np.array([0.0, 2.0])

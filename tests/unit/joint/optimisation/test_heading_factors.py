@@ -114,7 +114,7 @@ def test_with_fixed_poses_heading_factors_determine_servo_gain_and_offset() -> N
     assert held.servo == pytest.approx(ServoError(), abs=1e-6)
 
 
-def pose_prior(poses: PosePrior, squareness: ManhattanPrior | None) -> Priors:
+def pose_prior(poses: PosePrior, manhattan_prior: ManhattanPrior | None) -> Priors:
     return Priors(
         noise=0.004,
         offset_sigma=0.003,
@@ -123,7 +123,7 @@ def pose_prior(poses: PosePrior, squareness: ManhattanPrior | None) -> Priors:
         scale_sigma=0.002,
         poses=poses,
         bias_sigma=0.012,
-        squareness=squareness,
+        manhattan_prior=manhattan_prior,
         bearings=True,
     )
 
@@ -139,10 +139,10 @@ def test_walls_along_the_axes_determine_the_headings_of_waypoints(off: float) ->
     assert np.sqrt(np.diag(found.covariance))[-1] < np.radians(3.5)
 
 
-@pytest.mark.parametrize("squareness", [None, AXES._replace(along_axes=False)])
-def test_walls_of_free_direction_give_no_heading_factors(squareness: ManhattanPrior | None) -> None:
+@pytest.mark.parametrize("manhattan_prior", [None, AXES._replace(along_axes=False)])
+def test_walls_of_free_direction_give_no_heading_factors(manhattan_prior: ManhattanPrior | None) -> None:
     landmarks = at(0.0)
-    priors = pose_prior(waypoint_prior(landmarks, PoseSettings()), squareness)
+    priors = pose_prior(waypoint_prior(landmarks, PoseSettings()), manhattan_prior)
     assert len(heading_factors(detected(ROOM), state(features(ROOM), landmarks), priors).residuals) == 0
 
 

@@ -14,7 +14,7 @@ from echoplan.joint.optimisation.odometry_noise import (
     are_quantised,
     estimate_odometry_noise,
     estimate_waypoint_noise,
-    scatter,
+    log_odds_absolute_vs_odometry,
 )
 from echoplan.joint.optimisation.pose_factors import (
     PosePrior,
@@ -160,21 +160,21 @@ def test_odometry_errors_accumulate_and_waypoint_errors_are_independent(seed: in
     rng, steps = np.random.default_rng(seed), np.tile([0.5, 0.0, 0.4], (count - 1, 1))
     # In another frame, as an odometry solution is.
     found = compose([1.0, -2.0, 0.7], accumulated(steps))
-    assert scatter(accumulated(steps + rng.normal(0.0, ERRORS, steps.shape)), found) < doubt
-    assert scatter(accumulated(steps) + rng.normal(0.0, ERRORS, found.shape), found) > -doubt
+    assert log_odds_absolute_vs_odometry(accumulated(steps + rng.normal(0.0, ERRORS, steps.shape)), found) < doubt
+    assert log_odds_absolute_vs_odometry(accumulated(steps) + rng.normal(0.0, ERRORS, found.shape), found) > -doubt
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_errors_of_many_steps_clearly_accumulate(seed: int) -> None:
     steps = np.tile([0.5, 0.0, 0.4], (19, 1))
     found = accumulated(steps + np.random.default_rng(seed).normal(0.0, ERRORS, steps.shape))
-    assert scatter(accumulated(steps), found) < -VERY_STRONG
+    assert log_odds_absolute_vs_odometry(accumulated(steps), found) < -VERY_STRONG
 
 
 @pytest.mark.parametrize("count", [1, 2, 5])
 def test_steps_without_error_are_no_evidence(count: int) -> None:
     poses = accumulated(np.tile([0.5, 0.0, 0.5], (count - 1, 1)))
-    assert abs(scatter(poses, poses)) < 1.0
+    assert abs(log_odds_absolute_vs_odometry(poses, poses)) < 1.0
 
 
 @pytest.mark.parametrize(

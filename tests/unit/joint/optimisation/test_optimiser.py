@@ -73,7 +73,7 @@ def test_the_residuals_of_noisy_readings_have_the_scatter_of_the_noise() -> None
     truth = [*ROOM, COLUMN]
     measurements = pings_of(listening(), truth, noise=NOISE, rng=np.random.default_rng(1))
     found = solution(measurements, displaced(truth))
-    assert found.scatter == pytest.approx(NOISE, rel=0.2)
+    assert found.robust_sigma == pytest.approx(NOISE, rel=0.2)
     assert ((found.owners >= 0) == np.isfinite(measurements.readings)).mean() > 0.99
 
 
@@ -369,7 +369,7 @@ def test_a_wall_explains_no_reading_beside_its_extent() -> None:
 def test_without_associations_the_solution_is_the_prior() -> None:
     strange = replace(SONAR, walk_gain=1.2 * SONAR.walk_gain, range_offset=0.004)
     found = solution(listening(), [wall(0.0, 2.0), cylinder(0.0, 1.0, 0.2)], sonar=strange)
-    assert np.isnan(found.scatter)
+    assert np.isnan(found.robust_sigma)
     assert (found.owners == -1).all()
     assert found.reflectors == pytest.approx(np.array([wall(0.0, 2.0), cylinder(0.0, 1.0, 0.12)]))
     assert (found.model.range_offset, found.model.walk_gain) == pytest.approx((0.0, SONAR.walk_gain))

@@ -36,7 +36,7 @@ def test_walls_of_many_stations_are_not_aligned_with_the_axes(
     estimate, llr_by_station = square, np.where(np.arange(len(square.measured_poses)) < heard_from, 50.0, 0.0)
     estimate = replace(estimate, features=[replace(each, llr_by_station=llr_by_station) for each in square.features])
     estimate = impose_right_angles(estimate)
-    assert estimate.squareness is not None
+    assert estimate.manhattan_prior is not None
     assert estimate.is_along_axes == along_axes
 
 
@@ -49,7 +49,7 @@ def test_waypoints_are_refined_along_the_axes_if_walls_rest_on_few_stations(
 
     def noted(self: Estimate, noise: float, poses: PosePrior | None) -> Priors:
         told = priors(self, noise, poses)
-        manhattan_priors.append(told.squareness)
+        manhattan_priors.append(told.manhattan_prior)
         return told
 
     monkeypatch.setattr(Estimate, "priors", noted)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from echoplan.joint.search.specular_points import CornerEcho, Echoes, corner_echoes, returns_sound
+from echoplan.joint.search.corner_echoes import CornerEcho, Echoes, corner_echoes, returns_sound
 from helpers.expectations import ROOM, corner, cylinder, likelihood, listening, pings_of, rescored
 
 STEP = np.radians(3.0)
