@@ -4,6 +4,7 @@ import importlib
 import pkgutil
 import re
 import warnings
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -29,10 +30,12 @@ class GateSettings(Settings):
 class StageSettings(Settings):
     """Settings of a stage."""
 
-    former_keys: ClassVar = {"copies": "duplicates", "most": "max_steps"}
+    former_keys: ClassVar = {"copies": "duplicates", "most": "max_steps", "slack": "tolerance"}
 
     duplicates: GateSettings = Field(default_factory=GateSettings)
     max_steps: int = Field(default=3, ge=1, description="Largest number of steps.")
+    # Was a setting once.
+    tolerance: ClassVar[float] = 0.1
 
 
 def models() -> list[type[BaseModel]]:
@@ -81,6 +84,14 @@ def test_a_former_key_is_read_with_a_warning_at_the_line_that_uses_it() -> None:
     assert [Path(each.filename).name for each in caught] == ["test_settings.py"]
 
 
+@pytest.mark.parametrize("key", ["tolerance", "slack"])
+def test_a_key_that_is_no_longer_a_setting_is_dropped_with_a_warning(key: str) -> None:
+    with pytest.warns(FutureWarning, match=f"^no longer settings, and not used: {key}$"):
+        settings = StageSettings.model_validate({key: 0.2, "max_steps": 5})
+    assert settings == StageSettings(max_steps=5)
+    assert settings.tolerance == 0.1
+
+
 def test_former_keys_of_a_stage_in_a_stage_are_named_with_their_tables() -> None:
     with pytest.warns(FutureWarning) as caught:
         settings = StageSettings.model_validate({"copies": {"turn": 0.2}})
@@ -118,21 +129,35 @@ def test_an_error_under_a_former_key_also_reports_the_new_name(tmp_path: Path) -
 
 def test_a_command_prints_one_line_for_each_former_key(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "config.toml"
-    path.write_text("[method]\ntorn = 0.5\n[method.squareness]\nmeasured = 0.01\n", encoding="utf-8")
+    path.write_text("[method]\nagreement = 0.5\n[method.squareness]\nmeasured = 0.01\nwithin = 0.2\n", encoding="utf-8")
     settings = settings_of(path, "method", JointSettings)
-    assert (settings.max_duplicate_fraction, settings.manhattan.prior_axis_aligned) == (0.5, 0.01)
+    assert (settings.min_inlier_ratio, settings.manhattan.prior_axis_aligned) == (0.5, 0.01)
     lines = capsys.readouterr().err.splitlines()
     assert [line.partition(";")[0] for line in lines] == [
+        f"echoplan: {path}: the key agreement is now called min_inlier_ratio",
         f"echoplan: {path}: the key squareness is now called manhattan",
-        f"echoplan: {path}: the key torn is now called max_duplicate_fraction",
         f"echoplan: {path}: the key squareness.measured is now called manhattan.prior_axis_aligned",
+        f"echoplan: {path}: no longer settings, and not used: squareness.within",
     ]
 
 
 def test_former_keys_name_keys_that_exist_and_none_that_is_in_use() -> None:
     for model in settings_models():
-        assert set(model.former_keys.values()) <= set(model.model_fields), model
+        assert set(model.former_keys.values()) <= set(model.model_fields) | model.__class_vars__, model
         assert not set(model.former_keys) & set(model.model_fields), model
+
+
+def test_joint_has_no_more_than_forty_settings() -> None:
+    assert len(list(keys_of(JointSettings))) <= 40
+
+
+def keys_of(model: type[BaseModel]) -> Iterator[str]:
+    """Keys of settings and of the stages in them."""
+    for key, field in model.model_fields.items():
+        if isinstance(field.annotation, type) and issubclass(field.annotation, Settings):
+            yield from keys_of(field.annotation)
+        else:
+            yield key
 
 
 def test_every_setting_but_a_stage_has_a_description() -> None:

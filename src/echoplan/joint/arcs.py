@@ -3,9 +3,9 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
-from pydantic import Field
 
 from echoplan.acoustics.predicted_echo import Kind, SonarTables, echo_geometry, excess_of, walk_of
 from echoplan.arrays import BoolArray, FloatArray, IntArray
@@ -30,20 +30,16 @@ _WALL = int(Kind.WALL)
 class ArcSettings(Settings):
     """Thresholds that link neighbouring readings to arcs; arcs propose landmarks, the pings score them."""
 
-    jump: float = Field(
-        default=0.018,
-        gt=0.0,
-        description="Largest difference between neighbouring readings of an arc where pings are dense [m].",
-    )
-    coarse_jump: float = Field(
-        default=0.03,
-        gt=0.0,
-        description="Largest difference between neighbouring readings of an arc where pings are 3 degrees apart "
-        "or more [m].",
-    )
-    resolutions: float = Field(default=2.2, gt=0.0, description="Smallest value of both, in steps of the readings.")
-    max_gap: float = Field(default=4.5, gt=0.0, description="Largest gap in an arc, in steps of rotation.")
-    reach: int = Field(default=5, ge=1, le=1000, description="Number of neighbours with which a ping may be linked.")
+    # Largest difference between neighbouring readings of an arc where pings are dense [m].
+    jump: ClassVar[float] = 0.018
+    # Largest difference between neighbouring readings of an arc where pings are 3 degrees apart or more [m].
+    coarse_jump: ClassVar[float] = 0.03
+    # Smallest value of both, in steps of the readings.
+    resolutions: ClassVar[float] = 2.2
+    # Largest gap in an arc, in steps of rotation.
+    max_gap: ClassVar[float] = 4.5
+    # Number of neighbours with which a ping may be linked.
+    reach: ClassVar[int] = 5
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

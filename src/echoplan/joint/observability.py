@@ -4,7 +4,6 @@ from dataclasses import asdict, dataclass
 from typing import ClassVar
 
 import numpy as np
-from pydantic import Field
 
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import FloatArray
@@ -30,21 +29,12 @@ class ObservabilitySettings(Settings):
 
     former_keys: ClassVar = {"unfixed": "max_sigma_ratio", "elongated": "min_axis_ratio", "least": "min_sigma"}
 
-    max_sigma_ratio: float = Field(
-        default=1 / 3,
-        gt=0.0,
-        le=1.0,
-        description="Largest ratio of a standard deviation to that of odometry alone at which echoes determine a pose.",
-    )
-    min_axis_ratio: float = Field(
-        default=2.0,
-        ge=1.0,
-        description="Smallest ratio of the axes of an error ellipse of a pose that is undetermined along one "
-        "direction.",
-    )
-    min_sigma: float = Field(
-        default=0.01, ge=0.0, description="Smallest standard deviation of an undetermined pose that is reported [m]."
-    )
+    # Largest ratio of a standard deviation to that of odometry alone at which echoes determine a pose.
+    max_sigma_ratio: ClassVar[float] = 1 / 3
+    # Smallest ratio of the axes of an error ellipse of a pose that is undetermined along one direction.
+    min_axis_ratio: ClassVar[float] = 2.0
+    # Smallest standard deviation of an undetermined pose that is reported [m].
+    min_sigma: ClassVar[float] = 0.01
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

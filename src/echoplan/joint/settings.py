@@ -93,15 +93,15 @@ class EstimateSettings(Settings):
     )
     stations: StationSettings = Field(default_factory=StationSettings)
     window: WindowSettings = Field(default_factory=WindowSettings)
-    arcs: ArcSettings = Field(default_factory=ArcSettings)
+    arcs: ClassVar[ArcSettings] = ArcSettings()
     search: SearchSettings = Field(default_factory=SearchSettings)
     optimiser: OptimiserSettings = Field(default_factory=OptimiserSettings)
     pose_errors: PoseSettings = Field(default_factory=PoseSettings)
-    odometry_noise: OdometryNoiseSettings = Field(default_factory=OdometryNoiseSettings)
-    observability: ObservabilitySettings = Field(default_factory=ObservabilitySettings)
+    odometry_noise: ClassVar[OdometryNoiseSettings] = OdometryNoiseSettings()
+    observability: ClassVar[ObservabilitySettings] = ObservabilitySettings()
     manhattan: ManhattanSettings = Field(default_factory=ManhattanSettings)
-    duplicates: DuplicateSettings = Field(default_factory=DuplicateSettings)
-    localisation: LocalisationSettings = Field(default_factory=LocalisationSettings)
+    duplicates: ClassVar[DuplicateSettings] = DuplicateSettings()
+    localisation: ClassVar[LocalisationSettings] = LocalisationSettings()
     segments: SegmentSettings = Field(default_factory=SegmentSettings)
     corners: CornerSettings = Field(default_factory=CornerSettings)
     map: MapSettings = Field(default_factory=MapSettings)
@@ -120,28 +120,18 @@ class EstimateSettings(Settings):
     max_sigma: float = Field(
         default=0.05, gt=0.0, description="Largest standard deviation of readings that can still be mapped [m]."
     )
-    max_duplicate_fraction: float = Field(
-        default=0.25,
-        gt=0.0,
-        le=1.0,
-        description="Largest share of walls that are drawn twice before poses count as drifting.",
-    )
+    # Largest share of walls that are drawn twice before poses count as drifting.
+    max_duplicate_fraction: ClassVar[float] = 0.25
     # Pose errors of a quarter of the noise give an intraclass correlation of 1 / (1 + 4^2).
-    max_icc: float = Field(
-        default=0.06,
-        gt=0.0,
-        le=1.0,
-        description="Largest intraclass correlation of the readings of a wall from one station before poses "
-        "count as doubtful.",
-    )
+    # Largest intraclass correlation of the readings of a wall from one station before poses count as doubtful.
+    max_icc: ClassVar[float] = 0.06
     max_waypoints: int = Field(
         default=24,
         ge=0,
         description="Largest number of stations whose poses may be waypoints set by hand; 0 for never.",
     )
-    scale_step: float = Field(
-        default=0.004, gt=0.0, description="Change of the range scale above which landmarks are searched again."
-    )
+    # Change of the range scale above which landmarks are searched again.
+    scale_step: ClassVar[float] = 0.004
     min_inlier_ratio: float = Field(
         default=0.88, gt=0.0, le=1.0, description="Smallest share of echoes that the map explains if poses are exact."
     )

@@ -41,16 +41,10 @@ class StationSettings(Settings):
         ge=1,
         description="Largest number of pings of sweeps that are joined to a station, unless they repeat each other.",
     )
-    repeat_distance: float = Field(
-        default=0.01,
-        ge=0.0,
-        description="Largest distance between sweeps that repeat each other [m]: a wavelength at 40 kHz.",
-    )
-    repeat_turn: float = Field(
-        default=math.radians(1.0),
-        ge=0.0,
-        description="Largest turn between sweeps that repeat each other [rad]: a step of a servo.",
-    )
+    # Largest distance between sweeps that repeat each other [m]: a wavelength at 40 kHz.
+    repeat_distance: ClassVar[float] = 0.01
+    # Largest turn between sweeps that repeat each other [rad]: a step of a servo.
+    repeat_turn: ClassVar[float] = math.radians(1.0)
 
 
 class Stations(NamedTuple):

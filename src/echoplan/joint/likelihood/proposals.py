@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from pydantic import Field
 
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import BoolArray, FloatArray, IntArray
@@ -31,30 +30,18 @@ class CandidateSettings(Settings):
         "most": "max_candidates",
     }
 
-    wall_angle_gate: float = Field(
-        default=np.radians(10),
-        gt=0.0,
-        description="Largest angle between the normal of an arc and that of a tangent [rad].",
-    )
-    point_angle_gate: float = Field(
-        default=np.radians(9),
-        gt=0.0,
-        description="Largest angle between the normal of an arc and the direction of a point [rad].",
-    )
-    radii: tuple[float, ...] = Field(
-        default=(0.04, 0.08, 0.12, 0.18, 0.26), description="Radii of proposed cylinders [m]."
-    )
-    min_baseline: float = Field(
-        default=0.05, gt=0.0, description="Smallest distance between two stations whose arcs are combined [m]."
-    )
-    max_baseline: float = Field(
-        default=6.0, gt=0.0, description="Largest distance between two stations whose arcs are combined [m]."
-    )
-    max_candidates: int = Field(
-        default=1500,
-        ge=1,
-        description="Largest number of proposals of one class; those that more pairs suggest are kept.",
-    )
+    # Largest angle between the normal of an arc and that of a tangent [rad].
+    wall_angle_gate: ClassVar[float] = np.radians(10)
+    # Largest angle between the normal of an arc and the direction of a point [rad].
+    point_angle_gate: ClassVar[float] = np.radians(9)
+    # Radii of proposed cylinders [m].
+    radii: ClassVar[tuple[float, ...]] = (0.04, 0.08, 0.12, 0.18, 0.26)
+    # Smallest distance between two stations whose arcs are combined [m].
+    min_baseline: ClassVar[float] = 0.05
+    # Largest distance between two stations whose arcs are combined [m].
+    max_baseline: ClassVar[float] = 6.0
+    # Largest number of proposals of one class; those that more pairs suggest are kept.
+    max_candidates: ClassVar[int] = 1500
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

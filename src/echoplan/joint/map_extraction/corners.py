@@ -35,35 +35,27 @@ class CornerSettings(Settings):
         "certain": "min_log_odds",
     }
 
-    min_angle: float = Field(
-        default=math.radians(20), gt=0.0, description="Smallest angle between two segments that meet [rad]."
-    )
-    max_overlap: float = Field(
-        default=0.08, ge=0.0, description="Largest length by which a segment may reach beyond a corner [m]."
-    )
+    # Smallest angle between two segments that meet [rad].
+    min_angle: ClassVar[float] = math.radians(20)
+    # Largest length by which a segment may reach beyond a corner [m].
+    max_overlap: ClassVar[float] = 0.08
     max_extension: float = Field(default=3.0, gt=0.0, description="Largest extension of a segment to a corner [m].")
-    max_silent_extension: float = Field(
-        default=2.0, gt=0.0, description="Largest extension of a segment to a corner that returns no sound [m]."
-    )
-    max_oblique_extension: float = Field(
-        default=1.0, gt=0.0, description="Largest extension of a segment to the echo of an oblique corner [m]."
-    )
-    max_undetected_extension: float = Field(
-        default=0.5, gt=0.0, description="Largest extension of a segment to a concave corner without echo [m]."
-    )
-    max_undetected_ratio: float = Field(
-        default=2.0, gt=0.0, description="Largest extension to a concave corner without echo over the observed length."
-    )
-    right_angle_tolerance: float = Field(
-        default=math.radians(5), gt=0.0, description="Largest deviation of a right angle from 90 degrees [rad]."
-    )
-    max_distance: float = Field(
-        default=0.03, gt=0.0, description="Largest distance of a detected corner from the crossing of its walls [m]."
-    )
-    min_echoes: int = Field(default=5, ge=1, description="Smallest number of pings that detect one wall in the other.")
-    min_log_odds: float = Field(
-        default=5.0, gt=0.0, description="Smallest log odds that a corner exists, or does not exist [nats]."
-    )
+    # Largest extension of a segment to a corner that returns no sound [m].
+    max_silent_extension: ClassVar[float] = 2.0
+    # Largest extension of a segment to the echo of an oblique corner [m].
+    max_oblique_extension: ClassVar[float] = 1.0
+    # Largest extension of a segment to a concave corner without echo [m].
+    max_undetected_extension: ClassVar[float] = 0.5
+    # Largest extension to a concave corner without echo over the observed length.
+    max_undetected_ratio: ClassVar[float] = 2.0
+    # Largest deviation of a right angle from 90 degrees [rad].
+    right_angle_tolerance: ClassVar[float] = math.radians(5)
+    # Largest distance of a detected corner from the crossing of its walls [m].
+    max_distance: ClassVar[float] = 0.03
+    # Smallest number of pings that detect one wall in the other.
+    min_echoes: ClassVar[int] = 5
+    # Smallest log odds that a corner exists, or does not exist [nats].
+    min_log_odds: ClassVar[float] = 5.0
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

@@ -46,20 +46,14 @@ class MapSettings(Settings):
         "least_length": "min_wall_length",
     }
 
-    min_station_llr: float = Field(
-        default=5.0, description="Smallest log-likelihood ratio of a supporting station [nats]."
-    )
-    lone_corner_min_stations: int = Field(
-        default=3, ge=1, description="Smallest number of stations that must detect a corner without walls."
-    )
-    lone_corner_sigma: float = Field(
-        default=0.004,
-        ge=0.0,
-        description="Model error of a corner without walls [m], chosen on 15 of them in random rooms with a recess.",
-    )
-    lone_corner_min_distance: float = Field(
-        default=0.06, gt=0.0, description="Smallest distance of a corner without walls from any other corner [m]."
-    )
+    # Smallest log-likelihood ratio of a supporting station [nats].
+    min_station_llr: ClassVar[float] = 5.0
+    # Smallest number of stations that must detect a corner without walls.
+    lone_corner_min_stations: ClassVar[int] = 3
+    # Model error of a corner without walls [m], chosen on 15 of them in random rooms with a recess.
+    lone_corner_sigma: ClassVar[float] = 0.004
+    # Smallest distance of a corner without walls from any other corner [m].
+    lone_corner_min_distance: ClassVar[float] = 0.06
     min_wall_length: float = Field(default=0.06, gt=0.0, description="Length of a wall with one detected point [m].")
 
 

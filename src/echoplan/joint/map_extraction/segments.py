@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -67,14 +68,14 @@ class SegmentSettings(Settings):
         lt=0.5,
         description="Probability that what a station detects of a wall is an echo that the model does not know.",
     )
-    corner_end: float = Field(
-        default=0.97, gt=0.0, lt=1.0, description="Probability that a wall ends at a corner detected on its line."
-    )
+    # Probability that a wall ends at a corner detected on its line.
+    corner_end: ClassVar[float] = 0.97
     driven: bool = Field(
         default=True,
         description="Whether the robot drove straight from station to station: then no wall crosses its path.",
     )
-    margin: float = Field(default=0.05, ge=0.0, description="Width beside an obstacle that blocks an echo, too [m].")
+    # Width beside an obstacle that blocks an echo, too [m].
+    margin: ClassVar[float] = 0.05
 
 
 def find_segments(

@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from typing import ClassVar, NamedTuple
 
 import numpy as np
-from pydantic import Field
 
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import FloatArray, IntArray
@@ -25,17 +24,12 @@ class CornerFactorSettings(Settings):
 
     former_keys: ClassVar = {"right_angle": "right_angle_tolerance"}
 
-    sigma: float = Field(
-        default=0.001, gt=0.0, description="Standard deviation of a corner from the intersection of its walls [m]."
-    )
-    gate: float = Field(
-        default=0.05, gt=0.0, description="Largest distance of a corner from the intersection of its walls [m]."
-    )
-    right_angle_tolerance: float = Field(
-        default=math.radians(3),
-        gt=0.0,
-        description="Largest deviation from 90 degrees of walls whose corner returns an echo from their vertex [rad].",
-    )
+    # Standard deviation of a corner from the intersection of its walls [m].
+    sigma: ClassVar[float] = 0.001
+    # Largest distance of a corner from the intersection of its walls [m].
+    gate: ClassVar[float] = 0.05
+    # Largest deviation from 90 degrees of walls whose corner returns an echo from their vertex [rad].
+    right_angle_tolerance: ClassVar[float] = math.radians(3)
 
 
 class ConstrainedCorner(NamedTuple):

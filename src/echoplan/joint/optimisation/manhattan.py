@@ -55,46 +55,25 @@ class ManhattanSettings(Settings):
         "measured": "prior_axis_aligned",
     }
 
-    min_circular_concentration: float = Field(
-        default=0.8,
-        gt=0.0,
-        le=1.0,
-        description="Smallest resultant length of the directions of walls, modulo 90 degrees, at which a room is "
-        "rectangular.",
-    )
-    min_walls: int = Field(default=4, ge=2, description="Smallest number of walls of a rectangular room.")
-    inlier_angle: float = Field(
-        default=math.radians(12),
-        gt=0.0,
-        description="Largest angle from the main direction, modulo 90 degrees, of a wall that counts as square to "
-        "it [rad].",
-    )
+    # Smallest resultant length of the directions of walls, modulo 90 degrees, at which a room is rectangular.
+    min_circular_concentration: ClassVar[float] = 0.8
+    # Smallest number of walls of a rectangular room.
+    min_walls: ClassVar[int] = 4
+    # Largest angle from the main direction, modulo 90 degrees, of a wall that counts as square to it [rad].
+    inlier_angle: ClassVar[float] = math.radians(12)
     sigma: float = Field(
         default=math.radians(1),
         gt=0.0,
         description="Standard deviation of such walls about the main direction while poses are wrong [rad].",
     )
-    min_llr_if_oblique: float = Field(
-        default=100.0,
-        ge=0.0,
-        description="Smallest log-likelihood ratio of a wall that is oblique to the main direction [nats].",
-    )
-    tolerance: float = Field(
-        default=math.radians(0.2),
-        gt=0.0,
-        description="Expected standard deviation of walls that are built at right angles [rad]: 8 mm in 2 m "
-        "(DIN 18202).",
-    )
-    log_sigma: float = Field(
-        default=0.5 * math.log(10.0),
-        gt=0.0,
-        description="Standard deviation of the logarithm of the tolerance: two of them are a factor of ten.",
-    )
-    min_log_odds: float = Field(
-        default=3.0,
-        ge=0.0,
-        description="Smallest log odds of a rectangular room with which right angles are used [nats].",
-    )
+    # Smallest log-likelihood ratio of a wall that is oblique to the main direction [nats].
+    min_llr_if_oblique: ClassVar[float] = 100.0
+    # Expected standard deviation of walls that are built at right angles [rad]: 8 mm in 2 m (DIN 18202).
+    tolerance: ClassVar[float] = math.radians(0.2)
+    # Standard deviation of the logarithm of the tolerance: two of them are a factor of ten.
+    log_sigma: ClassVar[float] = 0.5 * math.log(10.0)
+    # Smallest log odds of a rectangular room with which right angles are used [nats].
+    min_log_odds: ClassVar[float] = 3.0
     prior_axis_aligned: float = Field(
         default=0.9,
         gt=0.0,

@@ -4,7 +4,6 @@ import math
 from typing import ClassVar
 
 import numpy as np
-from pydantic import Field
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import aligned, wrap
@@ -42,18 +41,12 @@ class OdometryNoiseSettings(Settings):
 
     former_keys: ClassVar = {"spread": "log_sigma", "least": "min_factor", "greatest": "max_factor"}
 
-    log_sigma: float = Field(
-        default=0.5 * math.log(10.0),
-        gt=0.0,
-        description="Standard deviation of the logarithm of the factor of the odometry noise: two of them are a "
-        "factor of ten.",
-    )
-    min_factor: float = Field(
-        default=0.1, gt=0.0, description="Smallest factor by which the noise of waypoints is scaled."
-    )
-    max_factor: float = Field(
-        default=10.0, gt=0.0, description="Largest factor by which the noise of waypoints is scaled."
-    )
+    # Standard deviation of the logarithm of the factor of the odometry noise: two of them are a factor of ten.
+    log_sigma: ClassVar[float] = 0.5 * math.log(10.0)
+    # Smallest factor by which the noise of waypoints is scaled.
+    min_factor: ClassVar[float] = 0.1
+    # Largest factor by which the noise of waypoints is scaled.
+    max_factor: ClassVar[float] = 10.0
 
 
 def estimate_odometry_noise(

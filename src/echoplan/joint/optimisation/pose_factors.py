@@ -53,33 +53,24 @@ class PoseSettings(Settings):
 
     along: float = Field(default=0.025, ge=0.0, description="Odometry noise along the path, as a share of its length.")
     across: float = Field(default=0.02, ge=0.0, description="Odometry noise across the path, as a share of its length.")
-    min_xy_sigma: float = Field(
-        default=0.003, gt=0.0, description="Smallest odometry noise of the position in a step [m]."
-    )
+    # Smallest odometry noise of the position in a step [m].
+    min_xy_sigma: ClassVar[float] = 0.003
     yaw_per_metre: float = Field(default=math.radians(2.5), ge=0.0, description="Heading noise of odometry [rad/m].")
     yaw_per_radian: float = Field(
         default=0.05, ge=0.0, description="Heading noise of odometry, as a share of the turn."
     )
-    min_yaw_sigma: float = Field(
-        default=math.radians(0.3), gt=0.0, description="Smallest heading noise of odometry in a step [rad]."
-    )
-    annealing_sigmas: tuple[float, ...] = Field(
-        default=(0.020, 0.015, 0.012),
-        description="Standard deviations of readings in the annealing, from coarse to fine [m].",
-    )
-    tracking_sigma: float = Field(
-        default=0.012, gt=0.0, description="Standard deviation of readings in the pose tracking [m]."
-    )
-    duplicates: DuplicateSettings = Field(
-        default_factory=lambda: DuplicateSettings(angle_gate=math.radians(4), normal_distance_gate=0.05),
-        description="Gates of duplicate landmarks that pose errors cause.",
-    )
-    bias_sigma: float = Field(
-        default=0.012, gt=0.0, description="Standard deviation of the bias of a station's readings of a landmark [m]."
-    )
-    bias_log_sigma: float = Field(
-        default=0.5 * math.log(10.0), gt=0.0, description="Standard deviation of the logarithm of bias_sigma."
-    )
+    # Smallest heading noise of odometry in a step [rad].
+    min_yaw_sigma: ClassVar[float] = math.radians(0.3)
+    # Standard deviations of readings in the annealing, from coarse to fine [m].
+    annealing_sigmas: ClassVar[tuple[float, ...]] = (0.020, 0.015, 0.012)
+    # Standard deviation of readings in the pose tracking [m].
+    tracking_sigma: ClassVar[float] = 0.012
+    # Gates of duplicate landmarks that pose errors cause.
+    duplicates: ClassVar[DuplicateSettings] = DuplicateSettings(angle_gate=math.radians(4), normal_distance_gate=0.05)
+    # Standard deviation of the bias of a station's readings of a landmark [m].
+    bias_sigma: ClassVar[float] = 0.012
+    # Standard deviation of the logarithm of bias_sigma.
+    bias_log_sigma: ClassVar[float] = 0.5 * math.log(10.0)
     absolute_xy_sigma: float = Field(
         default=0.02, gt=0.0, description="Standard deviation of a waypoint set by hand [m]."
     )

@@ -36,11 +36,8 @@ class OptimiserSettings(Settings):
     }
 
     max_iterations: int = Field(default=6, ge=1, description="Largest number of Gauss-Newton steps.")
-    tolerance: float = Field(
-        default=1e-4,
-        gt=0.0,
-        description="Squared length of a step, in standard deviations, below which the optimisation stops.",
-    )
+    # Squared length of a step, in standard deviations, below which the optimisation stops.
+    tolerance: ClassVar[float] = 1e-4
     geman_mcclure_scale: float = Field(
         default=2.5,
         gt=0.0,
@@ -56,12 +53,8 @@ class OptimiserSettings(Settings):
     scale_sigma_with_thermometer: float = Field(
         default=0.002, gt=0.0, description="Standard deviation of the range scale with a thermometer or on a drive."
     )
-    min_offset_sigma: float = Field(
-        default=0.002,
-        gt=0.0,
-        description="Smallest standard deviation of the range offset as corners determine it [m]: 1.8 mm in "
-        "rooms of 100 stations.",
-    )
+    # Smallest standard deviation of the range offset as corners determine it [m]: 1.8 mm in rooms of 100 stations.
+    min_offset_sigma: ClassVar[float] = 0.002
     latency_sigma: float = Field(
         default=0.02, gt=0.0, description="Standard deviation of the latency of the servo [s]."
     )
@@ -85,26 +78,19 @@ class OptimiserSettings(Settings):
         gt=0.0,
         description="Standard deviation of the logarithm of ka of the beam as detections determine it.",
     )
-    walk_exponent_sigma: float = Field(
-        default=0.2,
-        gt=0.0,
-        description="Standard deviation of the exponent of the range walk: 0.17 is the root mean square over "
-        "bursts of 4 to 16 cycles and resonators of a quality of 5 to 30.",
-    )
-    model_error: float = Field(
-        default=0.0002,
-        ge=0.0,
-        description="Standard deviation of each end of a wall, and of a point, however many readings determine "
-        "it [m]: 0.16 mm in rooms of 60 to 150 stations.",
-    )
-    min_latency_z: float = Field(
-        default=2.0,
-        gt=0.0,
-        description="Smallest latency of the servo that is used while poses drift, in standard deviations.",
-    )
-    radius: float = Field(default=0.12, gt=0.0, description="Expected radius of a cylinder with few readings [m].")
-    radius_sigma: float = Field(default=0.1, gt=0.0, description="Standard deviation of the expected radius [m].")
-    corner_factors: CornerFactorSettings = Field(default_factory=CornerFactorSettings)
+    # Standard deviation of the exponent of the range walk: 0.17 is the root mean square over bursts of 4 to 16 cycles
+    # and resonators of a quality of 5 to 30.
+    walk_exponent_sigma: ClassVar[float] = 0.2
+    # Standard deviation of each end of a wall, and of a point, however many readings determine it [m]: 0.16 mm in rooms
+    # of 60 to 150 stations.
+    model_error: ClassVar[float] = 0.0002
+    # Smallest latency of the servo that is used while poses drift, in standard deviations.
+    min_latency_z: ClassVar[float] = 2.0
+    # Expected radius of a cylinder with few readings [m].
+    radius: ClassVar[float] = 0.12
+    # Standard deviation of the expected radius [m].
+    radius_sigma: ClassVar[float] = 0.1
+    corner_factors: ClassVar[CornerFactorSettings] = CornerFactorSettings()
 
     def servo_strain(self, gain: ArrayLike, offset: ArrayLike) -> FloatArray:
         """Return the negative log prior density of gains and offsets [rad] of a servo, up to a constant [nats]."""

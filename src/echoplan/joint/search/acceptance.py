@@ -41,30 +41,17 @@ class AcceptanceSettings(Settings):
     min_second_station_llr: float = Field(
         default=5.0, description="Smallest log-likelihood ratio from a station that supports a landmark [nats]."
     )
-    min_llr_without_best_station: float = Field(
-        default=6.0, description="Smallest log-likelihood ratio of a landmark without its best station [nats]."
-    )
+    # Smallest log-likelihood ratio of a landmark without its best station [nats].
+    min_llr_without_best_station: ClassVar[float] = 6.0
     radius_cost: float = Field(default=2.0, ge=0.0, description="Penalty of the third parameter of a cylinder [nats].")
-    min_unmasked_detection_rate: float = Field(
-        default=0.75,
-        gt=0.0,
-        description="Smallest detection rate, among unmasked pings, of a wall that only one station supports.",
-    )
-    min_two_station_detection_rate: float = Field(
-        default=0.4,
-        gt=0.0,
-        description="Smallest detection rate, at its best station, of a landmark that only two stations support.",
-    )
-    min_one_station_detection_rate: float = Field(
-        default=0.6,
-        gt=0.0,
-        description="Smallest detection rate, among all pings in its beam, of a wall that only one station supports.",
-    )
-    min_relative_detection_rate: float = Field(
-        default=0.9,
-        gt=0.0,
-        description="Smallest detection rate, over the median of all walls, of a wall that may be crosstalk.",
-    )
+    # Smallest detection rate, among unmasked pings, of a wall that only one station supports.
+    min_unmasked_detection_rate: ClassVar[float] = 0.75
+    # Smallest detection rate, at its best station, of a landmark that only two stations support.
+    min_two_station_detection_rate: ClassVar[float] = 0.4
+    # Smallest detection rate, among all pings in its beam, of a wall that only one station supports.
+    min_one_station_detection_rate: ClassVar[float] = 0.6
+    # Smallest detection rate, over the median of all walls, of a wall that may be crosstalk.
+    min_relative_detection_rate: ClassVar[float] = 0.9
 
 
 class AcceptanceTest:

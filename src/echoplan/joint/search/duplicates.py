@@ -3,31 +3,30 @@
 import math
 from collections.abc import Sequence
 from itertools import combinations
-from typing import ClassVar
-
-from pydantic import Field
+from typing import NamedTuple
 
 from echoplan.geometry import crosses_segments, signed_distances
 from echoplan.joint.likelihood.hypothesis import Hypothesis
-from echoplan.settings import Settings
 
 __all__ = ["DuplicateSettings", "are_duplicates", "cross", "duplicate_pairs", "without_duplicates"]
 
 
-class DuplicateSettings(Settings):
-    """Greatest distance between two duplicates of a wall."""
+class DuplicateSettings(NamedTuple):
+    """Greatest differences of two duplicates of a wall.
 
-    former_keys: ClassVar = {"turn": "angle_gate", "beside": "normal_distance_gate", "apart": "gap_gate"}
+    Attributes
+    ----------
+    angle_gate : float
+        Angle between them [rad].
+    normal_distance_gate : float
+        Distance between their lines, at the middle of either [m].
+    gap_gate : float
+        Gap between their ends [m].
+    """
 
-    angle_gate: float = Field(
-        default=math.radians(12), gt=0.0, description="Largest angle between two duplicates of a wall [rad]."
-    )
-    normal_distance_gate: float = Field(
-        default=0.08,
-        gt=0.0,
-        description="Largest distance between the lines of two duplicates, at the middle of either [m].",
-    )
-    gap_gate: float = Field(default=0.3, ge=0.0, description="Largest gap between the ends of two duplicates [m].")
+    angle_gate: float = math.radians(12)
+    normal_distance_gate: float = 0.08
+    gap_gate: float = 0.3
 
 
 def without_duplicates(features: Sequence[Hypothesis], settings: DuplicateSettings) -> list[Hypothesis]:

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from typing import ClassVar, NamedTuple
 
 import numpy as np
-from pydantic import Field
 
 from echoplan.acoustics.predicted_echo import Kind, Shape, SonarTables, shape_of
 from echoplan.arrays import BoolArray, FloatArray, IntArray
@@ -40,29 +39,20 @@ class LocalisationSettings(Settings):
         "stray": "outlier_likelihood",
     }
 
-    search_sigmas: float = Field(
-        default=3.0, gt=0.0, description="Half width of the search for a pose, in standard deviations of odometry."
-    )
-    slip_inflation: float = Field(
-        default=2.0, ge=1.0, description="Factor by which the search is wider where the wheels may have slipped."
-    )
-    steps: int = Field(
-        default=7, ge=1, description="Number of grid steps to either side in each direction; far turns take more."
-    )
-    depth_sigma: float = Field(
-        default=0.025, gt=0.0, description="Standard deviation of the depth of an arc at the coarsest level [m]."
-    )
-    normal_sigma: float = Field(
-        default=np.radians(2.0),
-        gt=0.0,
-        description="Standard deviation of the normal of an arc at the coarsest level [rad].",
-    )
-    levels: int = Field(
-        default=3, ge=0, description="Number of finer levels of the grid; each after the first halves the step."
-    )
-    outlier_likelihood: float = Field(
-        default=0.05, gt=0.0, description="Likelihood of an arc that no landmark explains, relative to a perfect match."
-    )
+    # Half width of the search for a pose, in standard deviations of odometry.
+    search_sigmas: ClassVar[float] = 3.0
+    # Factor by which the search is wider where the wheels may have slipped.
+    slip_inflation: ClassVar[float] = 2.0
+    # Number of grid steps to either side in each direction; far turns take more.
+    steps: ClassVar[int] = 7
+    # Standard deviation of the depth of an arc at the coarsest level [m].
+    depth_sigma: ClassVar[float] = 0.025
+    # Standard deviation of the normal of an arc at the coarsest level [rad].
+    normal_sigma: ClassVar[float] = np.radians(2.0)
+    # Number of finer levels of the grid; each after the first halves the step.
+    levels: ClassVar[int] = 3
+    # Likelihood of an arc that no landmark explains, relative to a perfect match.
+    outlier_likelihood: ClassVar[float] = 0.05
 
 
 class LocalScan(NamedTuple):

@@ -46,16 +46,14 @@ class SearchSettings(AcceptanceSettings):
 
     former_keys: ClassVar = {**AcceptanceSettings.former_keys, "rounds": "max_rounds", "most": "max_candidates"}
 
-    candidates: CandidateSettings = Field(default_factory=CandidateSettings)
+    candidates: ClassVar[CandidateSettings] = CandidateSettings()
     max_rounds: int = Field(
         default=3, ge=1, description="Largest number of rounds in which unexplained pings propose landmarks."
     )
-    max_candidates: int = Field(
-        default=200, ge=1, description="Largest number of proposals of one class that are refined."
-    )
-    contenders: int = Field(
-        default=6, ge=1, description="Number of best proposals that are refined again before one is accepted."
-    )
+    # Largest number of proposals of one class that are refined.
+    max_candidates: ClassVar[int] = 200
+    # Number of best proposals that are refined again before one is accepted.
+    contenders: ClassVar[int] = 6
 
 
 class Search:

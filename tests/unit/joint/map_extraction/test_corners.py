@@ -5,6 +5,7 @@ from echoplan.joint.map_extraction.corners import CornerSettings, Vertex, find_v
 from echoplan.joint.map_extraction.segment import Segment
 from echoplan.joint.search.corner_echoes import CornerEcho, Echoes
 from echoplan.model import CornerKind
+from helpers.constants import settings_with
 from helpers.outlines import segment
 
 SILENT = Echoes()
@@ -18,7 +19,7 @@ def corner_echoes(**detected: float) -> Echoes:
 
 
 def vertices_of(*segments: Segment, echoes: Echoes = SILENT, **settings: float) -> list[Vertex]:
-    return find_vertices(segments, echoes, CornerSettings.model_validate(settings))
+    return find_vertices(segments, echoes, settings_with(CornerSettings, **settings))
 
 
 def east(ends: tuple[float, float] = (-0.8, 0.8), **changed: object) -> Segment:

@@ -27,6 +27,7 @@ from echoplan.methods import map_sweeps
 from echoplan.model import Polyline, Route, World
 from echoplan.simulation import Simulation
 from echoplan.sources import find_rig
+from helpers.constants import settings_with
 
 SETTINGS = ManhattanSettings()
 
@@ -289,8 +290,7 @@ def side_of_a_box(turn: float, settings: ManhattanSettings) -> float:
 
 
 def test_an_uncertain_side_of_a_box_is_square_to_the_room() -> None:
-    never = ManhattanSettings(min_log_odds=1e9)
-    assert side_of_a_box(0.0, never) > 0.2
+    assert side_of_a_box(0.0, settings_with(ManhattanSettings, min_log_odds=1e9)) > 0.2
     assert side_of_a_box(0.0, SETTINGS) < 0.02
 
 

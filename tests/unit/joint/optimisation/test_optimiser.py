@@ -22,6 +22,7 @@ from echoplan.joint.optimisation.solution import Solution
 from echoplan.joint.optimisation.values import Values
 from echoplan.preprocessing.measurements import Measurements, select_measurements
 from echoplan.preprocessing.servo import ServoError, apply_servo_latency, turned_by
+from helpers.constants import settings_with
 from helpers.expectations import NOISE, REACH, ROOM, SONAR, corner, cylinder, edge, expected, listening, pings_of, wall
 
 COLUMN = cylinder(0.2, 0.9, 0.1)
@@ -47,7 +48,7 @@ def solution(
     **settings: float,
 ) -> Solution:
     start = Values(features=features(reflectors, len(measurements.centers)), model=sonar)
-    return optimise(measurements, start, priors, OptimiserSettings.model_validate(settings))
+    return optimise(measurements, start, priors, settings_with(OptimiserSettings, **settings))
 
 
 def displaced(reflectors: Sequence[FloatArray] | FloatArray, *, seed: int = 0, size: float = 0.01) -> FloatArray:

@@ -28,6 +28,7 @@ from echoplan.joint.settings import EstimateSettings, PoseMode
 from echoplan.model import Odometry, Polyline, Route, World
 from echoplan.preprocessing.measurements import Measurements, join_measurements, measurements_of
 from echoplan.simulation import OdometryNoise, Simulation, SimulationSettings
+from helpers.constants import settings_with
 
 pytestmark = pytest.mark.slow
 
@@ -64,7 +65,7 @@ def drive(*, odometry: OdometryNoise | None, bent: bool) -> tuple[Measurements, 
 
 def estimate_of(odometry: OdometryNoise | None, *, bent: bool = False, **settings: object) -> Estimate:
     detected, measured_poses = drive(odometry=odometry, bent=bent)
-    return initial_estimate(RIG, detected, measured_poses, EstimateSettings.model_validate(settings))
+    return initial_estimate(RIG, detected, measured_poses, settings_with(EstimateSettings, **settings))
 
 
 @cache

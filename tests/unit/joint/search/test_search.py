@@ -12,6 +12,7 @@ from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.search.search import Search, SearchSettings
 from echoplan.preprocessing.measurements import Measurements, join_measurements, measurements_of, select_measurements
 from echoplan.sources import open_source
+from helpers.constants import settings_with
 from helpers.expectations import (
     NOISE,
     ROOM,
@@ -36,7 +37,7 @@ def search_in(
 ) -> Search:
     arcs = find_arcs(measurements, resolution=0.005, settings=ArcSettings())
     estimate = likelihood(measurements, sonar=sonar, noise=noise)
-    return Search(estimate, arcs, half_aperture=HALF_APERTURE, settings=SearchSettings.model_validate(settings))
+    return Search(estimate, arcs, half_aperture=HALF_APERTURE, settings=settings_with(SearchSettings, **settings))
 
 
 @cache
