@@ -1,4 +1,4 @@
-"""The types of landmarks: number of parameters, reflection, class in the map, and resolution of proposals."""
+"""The types of landmarks: number of parameters, reflection, how they are proposed, and what they are in a map."""
 
 import math
 from typing import NamedTuple
@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from echoplan.acoustics.predicted_echo import Kind
-from echoplan.arrays import IntArray
-from echoplan.model import FeatureClass
+from echoplan.arrays import FloatArray, IntArray
+from echoplan.model import CornerKind, FeatureClass
 
-__all__ = ["LANDMARKS", "PARAMETERS", "LandmarkType"]
+__all__ = ["LANDMARKS", "PARAMETERS", "LandmarkType", "reflector_at"]
 
 
 class LandmarkType(NamedTuple):
@@ -24,26 +24,41 @@ class LandmarkType(NamedTuple):
     is_surface : bool
         Whether it reflects specularly.  Points return little sound, so that non-detections of them
         are weak evidence.
+    is_omnidirectional : bool
+        Whether it returns sound to wherever it comes from, so that all stations with a free view should detect it.
     proposal_cell : tuple of float
         Proposals in the same cell of this size count as one [rad, m; m, m, m].
     refined_cell : tuple of float
         The same once they are refined.
+    proposed_with : Kind, optional
+        It is tried wherever this kind is proposed; else it has proposals of its own.
+    corner_kind : CornerKind, optional
+        Which corner it is, if it is one.
     """
 
     parameters: int
     feature_class: FeatureClass
     is_surface: bool
+    is_omnidirectional: bool
     proposal_cell: tuple[float, float, float]
     refined_cell: tuple[float, float, float]
+    proposed_with: Kind | None = None
+    corner_kind: CornerKind | None = None
+
+    @property
+    def has_radius(self) -> bool:
+        """Whether it has a radius, as its third parameter."""
+        return self.parameters > 2
 
 
-# An edge is proposed wherever a corner is.
 _CORNER = LandmarkType(
     parameters=2,
     feature_class=FeatureClass.CORNER,
     is_surface=False,
+    is_omnidirectional=False,
     proposal_cell=(0.03, 0.03, 1.0),
     refined_cell=(0.012, 0.012, 1.0),
+    corner_kind=CornerKind.CONCAVE,
 )
 # Cells are in rad and m for walls, in m for points and centres, and in m for the radius.
 LANDMARKS: dict[Kind, LandmarkType] = {
@@ -51,18 +66,31 @@ LANDMARKS: dict[Kind, LandmarkType] = {
         parameters=2,
         feature_class=FeatureClass.WALL,
         is_surface=True,
+        is_omnidirectional=False,
         proposal_cell=(math.radians(2.0), 0.015, 1.0),
         refined_cell=(0.01, 0.006, 1.0),
     ),
     Kind.CORNER: _CORNER,
-    Kind.EDGE: _CORNER,
+    Kind.EDGE: _CORNER._replace(proposed_with=Kind.CORNER, corner_kind=CornerKind.CONVEX),
     Kind.CYLINDER: LandmarkType(
         parameters=3,
         feature_class=FeatureClass.CYLINDER,
         is_surface=True,
+        is_omnidirectional=True,
         proposal_cell=(0.04, 0.04, 0.05),
         refined_cell=(0.015, 0.015, 0.02),
     ),
 }
 # Their free parameters by the value of ``Kind``, for compiled functions.
 PARAMETERS: IntArray = np.array([LANDMARKS[kind].parameters for kind in Kind], dtype=np.int64)
+
+
+def reflector_at(kind: Kind, point_xy: FloatArray, away: FloatArray, *, radius: float) -> FloatArray:
+    """Return the reflector of a kind that a sensor detects at a point, shape (4,).
+
+    ``away`` is the unit vector from the sensor to the point; ``radius`` is that of a kind that has one [m].
+    """
+    if kind is Kind.WALL:
+        return np.array([kind, np.arctan2(away[1], away[0]), point_xy @ away, 0.0])
+    radius = radius if LANDMARKS[kind].has_radius else 0.0
+    return np.array([kind, *(point_xy + radius * away), radius])

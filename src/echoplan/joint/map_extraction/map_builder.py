@@ -9,7 +9,6 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import FloatArray
 from echoplan.geometry import crosses_segments, path_crossings, wrap
 from echoplan.joint.likelihood.hypothesis import Hypothesis
@@ -20,7 +19,7 @@ from echoplan.joint.map_extraction.surroundings import backs_of, fronts_of, is_f
 from echoplan.joint.optimisation.corner_factors import CornerFactorSettings, constrained_corners, crossing_jacobian
 from echoplan.joint.optimisation.manhattan import ManhattanPrior
 from echoplan.joint.optimisation.solution import Solution
-from echoplan.model import ClassProbabilities, Corner, CornerKind, Cylinder, Wall
+from echoplan.model import ClassProbabilities, Corner, CornerKind, Cylinder, FeatureClass, Wall
 from echoplan.settings import Settings
 
 __all__ = ["MapBuilder", "MapSettings"]
@@ -154,7 +153,7 @@ class MapBuilder:
                 stations=self._stations(each),
             )
             for number, each in enumerate(self.features)
-            if each.kind is Kind.CYLINDER
+            if each.type.feature_class is FeatureClass.CYLINDER
         )
 
     def corners(self) -> tuple[Corner, ...]:
@@ -163,7 +162,7 @@ class MapBuilder:
         lone = [
             self._lone_corner(number)
             for number, each in enumerate(self.features)
-            if each.kind in (Kind.CORNER, Kind.EDGE) and self._is_lone(each)
+            if each.type.corner_kind and self._is_lone(each)
         ]
         return (*met, *lone)
 
@@ -322,7 +321,7 @@ class MapBuilder:
                 position, covariance = crossing, self._covariance_of_crossing(walls, crossing)
         return Corner(
             position_xy=position,
-            kind=CornerKind.CONCAVE if feature.kind is Kind.CORNER else CornerKind.CONVEX,
+            kind=feature.type.corner_kind or CornerKind.CONVEX,
             covariance=covariance,
             class_probabilities=self._class_of(number),
             pings=self._pings(number),
@@ -336,7 +335,7 @@ class MapBuilder:
         sin(b) rather than r, the distance of the vertex. Therefore the vertex is known only if walls are square to each
         other.
         """
-        if feature.kind is Kind.CORNER and self.manhattan_prior is None:
+        if feature.type.corner_kind is CornerKind.CONCAVE and self.manhattan_prior is None:
             return False
         distances = [math.dist(each.position_xy, feature.reflector[1:3]) for each in self.vertices]
         far = min(distances, default=math.inf) > self.settings.lone_corner_min_distance
@@ -346,7 +345,7 @@ class MapBuilder:
         near = {
             math.dist(each.reflector[1:3], point_xy): number
             for number, each in enumerate(self.features)
-            if each.kind in (Kind.CORNER, Kind.EDGE)
+            if each.type.corner_kind
         }
         return near[min(near)] if near and min(near) < self.settings.lone_corner_min_distance else None
 

@@ -6,7 +6,6 @@ from typing import ClassVar
 import numpy as np
 from pydantic import Field
 
-from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import BoolArray, FloatArray
 from echoplan.geometry import wrap
 from echoplan.joint.likelihood.hypothesis import Hypothesis
@@ -67,7 +66,7 @@ class AcceptanceTest:
         """Return the log-likelihood ratio less the cost of a third parameter: radius or reflection loss [nats]."""
         if hypothesis.is_wall:
             return hypothesis.llr - (0.0 if hypothesis.is_hard else _SOFT_COST)
-        return hypothesis.llr - (self.settings.radius_cost if hypothesis.kind is Kind.CYLINDER else 0.0)
+        return hypothesis.llr - (self.settings.radius_cost if hypothesis.type.has_radius else 0.0)
 
     def is_accepted(self, hypothesis: Hypothesis, log_densities: FloatArray) -> bool:
         """Return True if a hypothesis passes all tests, given the log densities of all readings without it.
@@ -134,7 +133,7 @@ class AcceptanceTest:
 
     def _is_missed(self, hypothesis: Hypothesis) -> bool:
         """Return True if most stations that should detect a cylinder do not; pose errors may cause that for walls."""
-        if hypothesis.kind is not Kind.CYLINDER:
+        if not hypothesis.type.is_omnidirectional:
             return False
         clear = hypothesis.llr_by_station > self.settings.min_second_station_llr
         missing = unoccluded_stations(hypothesis, self._measurements, step=self.step) & ~clear

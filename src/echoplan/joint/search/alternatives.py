@@ -8,6 +8,7 @@ import numpy as np
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.geometry import directions
+from echoplan.joint.landmarks import LANDMARKS, reflector_at
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
 from echoplan.joint.search.refinement import approach
@@ -47,7 +48,7 @@ def _probabilities(
     llrs = dict.fromkeys(FeatureClass, -np.inf)
     # Alternatives have no track history, so that of the landmark does not count either.
     for each in [replace(feature, llr=feature.llr - feature.history.llr), *rescored]:
-        cost = radius_cost if each.kind is Kind.CYLINDER else 0.0
+        cost = radius_cost if each.type.has_radius else 0.0
         llrs[each.type.feature_class] = max(llrs[each.type.feature_class], each.llr - cost)
     scores = np.array([llrs[FeatureClass.WALL], llrs[FeatureClass.CORNER], llrs[FeatureClass.CYLINDER]])
     chances = np.exp(scores - scores.max())
@@ -90,14 +91,7 @@ def _alternatives(likelihood: PingLikelihood, feature: Hypothesis) -> FloatArray
         away = feature.reflector[1:3] - middle
         away = away / (np.hypot(*away) + 1e-12)
         nearest = feature.reflector[1:3] - feature.reflector[3] * away
-    return np.array(
-        [
-            [Kind.WALL, np.arctan2(away[1], away[0]), nearest @ away, 0.0],
-            [Kind.CORNER, *nearest, 0.0],
-            [Kind.EDGE, *nearest, 0.0],
-            [Kind.CYLINDER, *(nearest + _RADIUS * away), _RADIUS],
-        ]
-    )
+    return np.array([reflector_at(kind, nearest, away, radius=_RADIUS) for kind in LANDMARKS])
 
 
 def _moved(likelihood: PingLikelihood, reflector: FloatArray, pings: IntArray) -> FloatArray:

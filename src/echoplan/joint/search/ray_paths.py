@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.geometry import directions
 from echoplan.joint.likelihood.hypothesis import Hypothesis
@@ -155,6 +154,5 @@ def _specular_points(feature: Hypothesis, starts_xy: FloatArray) -> FloatArray:
         return feet
     away = feature.reflector[1:3] - starts_xy
     length = np.hypot(*away.T)[:, None] + 1e-12
-    radius = feature.reflector[3] if feature.kind is Kind.CYLINDER else 0.0
-    points: FloatArray = starts_xy + away * (length - radius) / length
+    points: FloatArray = starts_xy + away * (length - feature.reflector[3]) / length
     return points

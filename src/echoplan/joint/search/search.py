@@ -37,7 +37,7 @@ _SURE_STATIONS = 3
 _SAME_WALL = DuplicateSettings(angle_gate=0.035, normal_distance_gate=0.012, gap_gate=0.05)
 # Reflection losses of soft walls that are proposed [dB]: they return half to an eighth of the amplitude.
 _LOSSES = (6.0, 9.0, 12.0, 15.0, 18.0)
-# Kinds that are proposed, in this order; an edge is tried wherever a corner is.
+# Kinds that have proposals of their own, in this order.
 _PROPOSED = (Kind.WALL, Kind.CORNER, Kind.CYLINDER)
 
 
@@ -273,12 +273,12 @@ class Search:
             self._moved(row, free, fine) for row in _apart(np.array(moved).reshape(-1, 4), LANDMARKS[kind].refined_cell)
         ]
         apart = _apart(np.array(moved).reshape(-1, 4), LANDMARKS[kind].refined_cell)
-        if kind is Kind.CORNER:
-            edges = [self._moved(np.array([Kind.EDGE, *row[1:]]), free, fine) for row in apart]
+        too = [other for other in LANDMARKS if LANDMARKS[other].proposed_with is kind]
+        others = [self._moved(np.array([other, *row[1:]]), free, fine) for other in too for row in apart]
+        if kind is Kind.CORNER and likelihood.tables.cone:
             # Only sound returns from a concave corner; rays read its walls.
-            corners = apart[:0] if likelihood.tables.cone else apart
-            apart = np.concatenate([corners, np.array(edges).reshape(-1, 4)])
-        return [likelihood.score(row) for row in apart]
+            apart = apart[:0]
+        return [likelihood.score(row) for row in [*apart, *others]]
 
     def _screened(self, rows: FloatArray, log_densities: FloatArray) -> list[Hypothesis]:
         """Score proposals on the independent pings, and sort them from best to worst."""
