@@ -37,8 +37,9 @@ def _with_current_keys(settings: type[Settings], data: Mapping[str, Any]) -> tup
     renamed = _former_keys_in(settings, data)
     current = {renamed.get(key, key): value for key, value in data.items()}
     typed = {renamed.get(key, key): key for key in data}
-    for key, stage in _stages(settings).items():
-        if isinstance(current.get(key), Mapping):
+    for key, field in settings.model_fields.items():
+        stage = field.annotation
+        if isinstance(stage, type) and issubclass(stage, Settings) and isinstance(current.get(key), Mapping):
             current[key], nested = _with_current_keys(stage, current[key])
             renamed |= {f"{typed[key]}.{old}": f"{key}.{new}" for old, new in nested.items()}
     return current, renamed
@@ -51,9 +52,3 @@ def _former_keys_in(settings: type[Settings], data: Mapping[str, Any]) -> dict[s
         if new in data:
             raise ValueError(f"{old} is now called {new}, and both are given; delete {old}")
     return renamed
-
-
-def _stages(settings: type[Settings]) -> dict[str, type[Settings]]:
-    """Return the settings of the stages in settings by their keys."""
-    annotations = {key: field.annotation for key, field in settings.model_fields.items()}
-    return {key: each for key, each in annotations.items() if isinstance(each, type) and issubclass(each, Settings)}
