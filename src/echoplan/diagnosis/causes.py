@@ -172,6 +172,7 @@ def _range_factors(sweeps: Sequence[Sweep], rig: Rig) -> list[float]:
     low, high = rig.min_ranges[sensors][detected], rig.max_ranges[sensors][detected]
 
     def fits(factor: float) -> bool:
+        """Return True if nearly all echoes, times a factor, lie within the range limits."""
         return bool(np.mean((factor * ranges[detected] >= low) & (factor * ranges[detected] <= high)) > _WITHIN)
 
     return [factor for factor in _FACTORS if fits(factor)] if detected.any() else []
