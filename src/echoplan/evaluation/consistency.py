@@ -73,7 +73,7 @@ class Consistency:
 
 
 def check_consistency(feature_map: FeatureMap, truth: Truth, matches: Matches) -> Mapping[FeatureClass, Consistency]:
-    """Hold the errors of the right estimates against their covariances.
+    """Compare the errors of the right estimates with their covariances.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def check_consistency(feature_map: FeatureMap, truth: Truth, matches: Matches) -
 
 
 def check_errors(errors: FloatArray, covariances: FloatArray) -> Consistency:
-    """Hold errors against covariances, one by one.
+    """Compare errors with covariances, one by one.
 
     Parameters
     ----------

@@ -60,7 +60,7 @@ class GridScore:
 
 
 def score_grid(grid: OccupancyGrid, truth: Truth, *, reach: float = inf) -> GridScore:
-    """Hold a grid against the truth.
+    """Compare a grid with ground truth.
 
     Parameters
     ----------

@@ -191,7 +191,7 @@ def fitted_cluster(located: Located, *, radius: float = np.inf) -> Fitted | None
 
 
 def wall_profile(located: Located, lines: FloatArray) -> WallProfile | None:
-    """Hold the distances of a cluster against the wall that gave them.
+    """Compare the distances of a cluster with those to the wall that gave them.
 
     Parameters
     ----------
