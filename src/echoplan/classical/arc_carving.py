@@ -17,15 +17,13 @@ __all__ = ["ArcCarvingMapper", "ArcCarvingSettings"]
 _IN_FRONT = 0.05
 
 
-def _in_front_of_walls() -> PointFeatureSettings:
-    return PointFeatureSettings(segments=SegmentSettings(common_sigma=_IN_FRONT))
-
-
 class ArcCarvingSettings(Settings):
     """Settings of all stages of arc carving."""
 
     carving: CarvingSettings = Field(default_factory=CarvingSettings)
-    features: PointFeatureSettings = Field(default_factory=_in_front_of_walls)
+    features: PointFeatureSettings = Field(
+        default_factory=lambda: PointFeatureSettings(segments=SegmentSettings(common_sigma=_IN_FRONT))
+    )
 
 
 class ArcCarvingMapper:

@@ -16,15 +16,13 @@ __all__ = ["AtmMapper", "AtmSettings"]
 _IN_FRONT = 0.05
 
 
-def _in_front_of_walls() -> PointFeatureSettings:
-    return PointFeatureSettings(segments=SegmentSettings(common_sigma=_IN_FRONT))
-
-
 class AtmSettings(Settings):
     """Settings of all stages of the arc-transversal median."""
 
     medians: MedianSettings = Field(default_factory=MedianSettings)
-    features: PointFeatureSettings = Field(default_factory=_in_front_of_walls)
+    features: PointFeatureSettings = Field(
+        default_factory=lambda: PointFeatureSettings(segments=SegmentSettings(common_sigma=_IN_FRONT))
+    )
 
 
 class AtmMapper:

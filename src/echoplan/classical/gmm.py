@@ -16,10 +16,6 @@ __all__ = ["GmmMapper", "GmmSettings"]
 _BOW = 0.05
 
 
-def _of_bows() -> PointFeatureSettings:
-    return PointFeatureSettings(segments=SegmentSettings(common_sigma=_BOW))
-
-
 class GmmSettings(Settings):
     """Settings of all stages of the mixture map."""
 
@@ -27,7 +23,9 @@ class GmmSettings(Settings):
     spacing: float = Field(
         default=0.05, gt=0.0, description="Distance between the points that represent a component [m]."
     )
-    features: PointFeatureSettings = Field(default_factory=_of_bows)
+    features: PointFeatureSettings = Field(
+        default_factory=lambda: PointFeatureSettings(segments=SegmentSettings(common_sigma=_BOW))
+    )
 
 
 class GmmMapper:

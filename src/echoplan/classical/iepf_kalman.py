@@ -126,16 +126,14 @@ class IepfKalmanMapper:
 
     def _measured(self, echoes: _Echoes) -> list[Track]:
         """Find segments by splitting the chain of a sensor's echoes."""
-        pieces = [
-            chain[piece]
-            for chain in split_at_steps(echoes.points_xy, max_step=self.settings.max_step)
-            for piece in split_at_farthest(echoes.points_xy[chain], tolerance=self.settings.tolerance)
-        ]
-        return [self._track(echoes, piece) for piece in pieces if self._is_segment(echoes.points_xy[piece])]
-
-    def _is_segment(self, points_xy: FloatArray) -> bool:
-        length = float(np.hypot(*(points_xy[-1] - points_xy[0])))
-        return len(points_xy) >= self.settings.min_points and length >= self.settings.min_length
+        found = []
+        for chain in split_at_steps(echoes.points_xy, max_step=self.settings.max_step):
+            for piece in split_at_farthest(echoes.points_xy[chain], tolerance=self.settings.tolerance):
+                points_xy = echoes.points_xy[chain[piece]]
+                length = float(np.hypot(*(points_xy[-1] - points_xy[0])))
+                if len(points_xy) >= self.settings.min_points and length >= self.settings.min_length:
+                    found.append(self._track(echoes, chain[piece]))
+        return found
 
     def _track(self, echoes: _Echoes, piece: IntArray) -> Track:
         cloud = Cloud(points_xy=echoes.points_xy[piece], weights=np.ones(len(piece)))

@@ -242,6 +242,7 @@ class MdpFuzzyMapper:
         resolution = max(sensor.resolution for sensor in self.rig.sensors)
 
         def located(radius: float) -> LocatedPoint | None:
+            """Return the point of least distance, fitted with the curvature of a surface of some radius [m]."""
             return minimum_distance_point(cluster, self.settings.mdp, radius=radius, resolution=resolution)
 
         if feature_class is FeatureClass.WALL:

@@ -98,7 +98,10 @@ class SalientEkfMapper:
             method="salient-ekf",
             parameters=self.settings.model_dump(mode="json"),
         )
-        cylinders = tuple(self._cylinder(each) for each in self._circles(round_ones=True) if self._is_confirmed(each))
+        confirmed = [
+            each for each in self._circles(round_ones=True) if _stations(each) >= self.settings.assembly.min_stations
+        ]
+        cylinders = tuple(self._cylinder(each) for each in confirmed)
         poses = self.slam.poses
         return replace(assembled, walls=opened_by(poses[:, :2], assembled.walls), cylinders=cylinders, poses=poses)
 
@@ -161,9 +164,6 @@ class SalientEkfMapper:
     def _is_round(self, landmark: Landmark) -> bool:
         sigma = float(np.sqrt(self._covariance(landmark)[2, 2]))
         return bool(self._value(landmark)[2] > self.settings.min_radius_z * sigma)
-
-    def _is_confirmed(self, landmark: Landmark) -> bool:
-        return _stations(landmark) >= self.settings.assembly.min_stations
 
     def _value(self, landmark: Landmark) -> FloatArray:
         return self.slam.state[landmark.name]

@@ -16,16 +16,14 @@ __all__ = ["TbfMapper", "TbfSettings"]
 _IN_FRONT = 0.02
 
 
-def _of_agreed_points() -> PointFeatureSettings:
-    # Each point has its witnesses already; which sweep was the newest of them says nothing.
-    return PointFeatureSettings(segments=SegmentSettings(common_sigma=_IN_FRONT), min_stations=1)
-
-
 class TbfSettings(Settings):
     """Settings of all stages of triangulation-based fusion."""
 
     triangulation: TriangulationSettings = Field(default_factory=TriangulationSettings)
-    features: PointFeatureSettings = Field(default_factory=_of_agreed_points)
+    # Several sweeps agree on each point already; which of them was the newest says nothing.
+    features: PointFeatureSettings = Field(
+        default_factory=lambda: PointFeatureSettings(segments=SegmentSettings(common_sigma=_IN_FRONT), min_stations=1)
+    )
 
 
 class TbfMapper:

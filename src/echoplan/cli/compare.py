@@ -11,9 +11,9 @@ from echoplan.cli.source_options import FieldOption, MountOption, OdomOption, To
 from echoplan.cli.terminal import Progressing, put, report_files, show, tracked
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Sequence
 
-    from echoplan.comparison import MethodScore, Outcome, Subject
+    from echoplan.comparison import MethodScore, Subject
     from echoplan.io.ros import BagOptions
 
 __all__ = ["run"]
@@ -51,10 +51,11 @@ def run(
         check_folder(out, _RESULTS)
     min_stations = replaces_min_heard(min_stations, min_heard)
     bag = bag_options(topic, odom, field, mount)
-    subjects = [_subject(source, truth, bag, min_stations=min_stations) for source in dict.fromkeys(sources)]
+    distinct = list(dict.fromkeys(sources))
+    subjects = [_subject(source, truth, bag, min_stations=min_stations) for source in distinct]
     trials = [Trial(subject=subject, method=name) for subject in subjects for name in names]
     done = tracked(run_trials(trials, workers=jobs), total=len(trials), task="comparing")
-    outcomes = _in_order(done, subjects)
+    outcomes = sorted(done, key=lambda outcome: distinct.index(outcome.trial.subject.name))
     scores = score_methods(outcomes, names)
     for table in comparison_tables(scores):
         show(table)
@@ -88,11 +89,6 @@ def _subject(text: str, truth: Path | None, bag: "BagOptions | None", *, min_sta
         truth=read_truth(truth) if truth else find_truth(opened),
         min_stations=min_stations,
     )
-
-
-def _in_order(outcomes: "Iterable[Outcome]", subjects: "Sequence[Subject]") -> "list[Outcome]":
-    places = {subject.name: place for place, subject in enumerate(subjects)}
-    return sorted(outcomes, key=lambda outcome: places[outcome.trial.subject.name])
 
 
 def _write(folder: Path, scores: "Sequence[MethodScore]") -> None:

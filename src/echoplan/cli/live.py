@@ -65,6 +65,7 @@ def run(
     shown = browser and sys.stdout.isatty()
 
     def ready(address: str) -> None:
+        """Print the address of the page and open it in the browser, once the server accepts connections."""
         put(f"Live map of {opened.name}: {address}")
         put("Press Ctrl-C to end.")
         if shown:

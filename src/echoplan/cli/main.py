@@ -48,10 +48,12 @@ def _watch(signals: list[int]) -> Callable[[], None]:
     hook = sys.unraisablehook
 
     def stop(number: int, _: FrameType | None) -> None:
+        """List the signal and interrupt the work."""
         signals.append(number)
         raise KeyboardInterrupt
 
     def insist(ignored: "sys.UnraisableHookArgs") -> None:
+        """Interrupt again if Python has dropped an interrupt, and call the former hook otherwise."""
         # Python drops what is raised in a callback or a destructor; an interrupt must not get lost there.
         if signals:
             interrupt_main()
@@ -59,6 +61,7 @@ def _watch(signals: list[int]) -> Callable[[], None]:
             hook(ignored)
 
     def restore() -> None:
+        """Put back the signal handlers and the hook that were there before."""
         sys.unraisablehook = hook
         for number, handler in zip(numbers, before, strict=True):
             signal.signal(number, handler)

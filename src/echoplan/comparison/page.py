@@ -53,7 +53,8 @@ def _exhibit(outcome: Outcome) -> Exhibit:
         echoes_xy=outcome.points_xy,
         grid=outcome.grid,
     )
-    return Exhibit(name=outcome.trial.method, plan=plan, numbers=(*_rightness(outcome), *_cost(outcome)))
+    numbers = (*_rightness(outcome), ("time", f"{outcome.seconds:.2f} s"))
+    return Exhibit(name=outcome.trial.method, plan=plan, numbers=numbers)
 
 
 def _rightness(outcome: Outcome) -> tuple[tuple[str, str], ...]:
@@ -65,7 +66,3 @@ def _rightness(outcome: Outcome) -> tuple[tuple[str, str], ...]:
         ("extra walls", f"{tally.estimates - tally.right}"),
         ("error", "-" if isnan(error) else f"{1000 * error:.1f} mm"),
     )
-
-
-def _cost(outcome: Outcome) -> tuple[tuple[str, str], ...]:
-    return (("time", f"{outcome.seconds:.2f} s"),)

@@ -5,7 +5,7 @@ from math import degrees, isnan
 
 from echoplan.comparison.scores import MethodScore
 from echoplan.comparison.trials import Outcome
-from echoplan.evaluation import ErrorSummary, GridScore, floor_plan_tables
+from echoplan.evaluation import ErrorSummary, floor_plan_tables
 from echoplan.model import FeatureClass, Table
 
 __all__ = ["comparison_tables", "failure_table", "score_table"]
@@ -101,6 +101,8 @@ def _rightness(score: MethodScore) -> tuple[str, ...]:
     if summary is None:
         return (_UNKNOWN,) * len(_RIGHTNESS)
     walls, corners, cylinders = (_shares(summary, name) for name in FeatureClass)
+    grid = score.grid_score
+    cells = _UNKNOWN if grid is None else f"{_number(100 * grid.occupied)} / {_number(100 * grid.free)}"
     return (
         walls,
         _number(1000 * summary.classes[FeatureClass.WALL].distance.mean.value, digits=1),
@@ -108,13 +110,9 @@ def _rightness(score: MethodScore) -> tuple[str, ...]:
         corners,
         cylinders,
         _number(1000 * summary.map_error.mean.value, digits=1),
-        _cells(score.grid_score),
+        cells,
         _number(1000 * summary.position.mean.value),
     )
-
-
-def _cells(score: GridScore | None) -> str:
-    return _UNKNOWN if score is None else f"{_number(100 * score.occupied)} / {_number(100 * score.free)}"
 
 
 def _shares(summary: ErrorSummary, name: FeatureClass) -> str:

@@ -99,7 +99,9 @@ def _found(
         if trial.cause not in causes:
             continue
         after = consistency([trial.conventions.apply(sweep) for sweep in recorded], _turned_about(rig, trial))
-        gain = _gain(after, trial.conventions.range_unit / conventions.range_unit) - before.gain
+        # Probability densities depend on the unit of ranges: compare those of ranges in the unit as read.
+        scale = trial.conventions.range_unit / conventions.range_unit
+        gain = after.gain + after.weight * math.log(scale) - before.gain
         # Without the echoes of a sensor, the others may be explained better by chance.
         if _explains(after if trial.sensor_id is None else after.of_sensor(before.strangest), gain=gain):
             yield gain, replace(trial, share=after.share, share_before=before.share)
@@ -118,11 +120,6 @@ def _explains(concerned: Consistency, *, gain: float) -> bool:
     """Return True if a correction explains the echoes that it concerns, and clearly better."""
     least = _BETTER if concerned.share > _NEARLY_ALL else _FAR_BETTER
     return concerned.share > _ENOUGH and gain > least * concerned.weight
-
-
-def _gain(tried: Consistency, scale: float) -> float:
-    """Return the log evidence for ranges in the unit as read, since probability densities depend on the unit [nats]."""
-    return tried.gain + tried.weight * math.log(scale)
 
 
 def _trials(sweeps: Sequence[Sweep], rig: Rig, conventions: Conventions, before: Consistency) -> Iterator[Remedy]:
@@ -175,6 +172,7 @@ def _range_factors(sweeps: Sequence[Sweep], rig: Rig) -> list[float]:
     low, high = rig.min_ranges[sensors][detected], rig.max_ranges[sensors][detected]
 
     def fits(factor: float) -> bool:
+        """Return True if nearly all echoes, times a factor, lie within the range limits."""
         return bool(np.mean((factor * ranges[detected] >= low) & (factor * ranges[detected] <= high)) > _WITHIN)
 
     return [factor for factor in _FACTORS if fits(factor)] if detected.any() else []

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 
-from echoplan.preprocessing import Faults, RecordingFault, RecordingFaultKind, SensorFault, SensorFaultKind
+from echoplan.preprocessing import Faults, RecordingFaultKind, SensorFaultKind
 
 __all__ = ["faults_in_words"]
 
@@ -75,24 +75,22 @@ def faults_in_words(faults: Faults) -> tuple[str, ...]:
 
     Examples
     --------
+    >>> from echoplan.preprocessing import SensorFault
     >>> fault = SensorFault(sensor_id=0, kind=SensorFaultKind.HELD)
     >>> print(*faults_in_words(Faults(sensors=(fault,))))
     Sensor 0 repeats its last reading where it has no echo. Repeated readings are left out. Write inf after a timeout.
     """
+    recordings = []
+    for each in faults.recording:
+        beam = max(math.degrees(2 * each.value), 2.0)
+        recordings.append(_RECORDINGS[each.kind].format(beam=f"{beam:.0f}\N{DEGREE SIGN}"))
     sensors: dict[str, list[int]] = {}
     for fault in faults.sensors:
-        sensors.setdefault(_sensor_fault(fault), []).append(fault.sensor_id)
-    return (*map(_recording_fault, faults.recording), *(f"{_named(own)} {words}" for words, own in sensors.items()))
-
-
-def _sensor_fault(fault: SensorFault) -> str:
-    value = "nan" if math.isnan(fault.value) else f"{round(fault.value, 3):g} m"
-    return _SENSORS[fault.kind].format(value=value, percent=round(100 * fault.share), number=f"{fault.value:.0f}")
-
-
-def _recording_fault(fault: RecordingFault) -> str:
-    degrees = math.degrees(2 * fault.value)
-    return _RECORDINGS[fault.kind].format(beam=f"{max(degrees, 2.0):.0f}\N{DEGREE SIGN}")
+        value = "nan" if math.isnan(fault.value) else f"{round(fault.value, 3):g} m"
+        percent, number = round(100 * fault.share), f"{fault.value:.0f}"
+        words = _SENSORS[fault.kind].format(value=value, percent=percent, number=number)
+        sensors.setdefault(words, []).append(fault.sensor_id)
+    return (*recordings, *(f"{_named(own)} {words}" for words, own in sensors.items()))
 
 
 def _named(numbers: list[int]) -> str:

@@ -56,7 +56,12 @@ def confusion_matrix(feature_map: FeatureMap, truth: Truth, matches: Matches, se
     ndarray of int, shape (4, 4)
         Rows as in ``TRUE_CLASSES``, columns as in ``MAP_CLASSES``.
     """
-    claims = [*_matched(matches), *_unmatched(feature_map, truth, matches, settings)]
+    claims = [
+        _Claim(estimated=name, true=name, number=match.truth)
+        for name, matching in matches.by_class.items()
+        for match in (*matching.right, *matching.duplicate)
+    ]
+    claims += _unmatched(feature_map, truth, matches, settings)
     matrix = no_confusion()
     for claim in claims:
         matrix[TRUE_CLASSES.index(claim.true), MAP_CLASSES.index(claim.estimated)] += 1
@@ -76,12 +81,6 @@ def no_confusion() -> IntArray:
         Zeros.
     """
     return np.zeros((len(TRUE_CLASSES), len(MAP_CLASSES)), dtype=np.int64)
-
-
-def _matched(matches: Matches) -> Iterator[_Claim]:
-    for name, matching in matches.by_class.items():
-        for match in (*matching.right, *matching.duplicate):
-            yield _Claim(estimated=name, true=name, number=match.truth)
 
 
 def _unmatched(feature_map: FeatureMap, truth: Truth, matches: Matches, settings: MatchingSettings) -> Iterator[_Claim]:

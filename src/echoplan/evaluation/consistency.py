@@ -73,7 +73,7 @@ class Consistency:
 
 
 def check_consistency(feature_map: FeatureMap, truth: Truth, matches: Matches) -> Mapping[FeatureClass, Consistency]:
-    """Hold the errors of the right estimates against their covariances.
+    """Compare the errors of the right estimates with their covariances.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def check_consistency(feature_map: FeatureMap, truth: Truth, matches: Matches) -
 
 
 def check_errors(errors: FloatArray, covariances: FloatArray) -> Consistency:
-    """Hold errors against covariances, one by one.
+    """Compare errors with covariances, one by one.
 
     Parameters
     ----------
@@ -200,15 +200,14 @@ def nees(error: ArrayLike, covariance: FloatArray) -> float:
 
 
 def _wall_squares(feature_map: FeatureMap, truth: Truth, matches: Matches) -> list[float]:
-    pairs = [(feature_map.walls[match.estimate], truth.walls_xy[match.truth]) for match in matches.walls.right]
-    return [_wall_square(wall, ends_xy) for wall, ends_xy in pairs]
-
-
-def _wall_square(wall: Wall, true_ends_xy: FloatArray) -> float:
-    """Normalised error squared of a wall, seen from its own middle: far away, offset and angle are one and the same."""
-    middle_xy = wall.endpoints_xy.mean(axis=0)
-    near = translated_wall(wall, -middle_xy)
-    return nees(wall_error(near, true_ends_xy - middle_xy), near.covariance)
+    squares = []
+    for match in matches.walls.right:
+        wall = feature_map.walls[match.estimate]
+        # From its own middle: far away from a wall, its offset and its angle are nearly one and the same.
+        middle_xy = wall.endpoints_xy.mean(axis=0)
+        near = translated_wall(wall, -middle_xy)
+        squares.append(nees(wall_error(near, truth.walls_xy[match.truth] - middle_xy), near.covariance))
+    return squares
 
 
 def _corner_squares(feature_map: FeatureMap, truth: Truth, matches: Matches) -> list[float]:

@@ -63,7 +63,7 @@ class Evaluation:
 
 
 def evaluate(feature_map: FeatureMap, truth: Truth, settings: EvaluationSettings | None = None) -> Evaluation:
-    """Hold a map against the truth.
+    """Compare a map with ground truth.
 
     Parameters
     ----------

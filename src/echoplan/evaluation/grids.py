@@ -60,7 +60,7 @@ class GridScore:
 
 
 def score_grid(grid: OccupancyGrid, truth: Truth, *, reach: float = inf) -> GridScore:
-    """Hold a grid against the truth.
+    """Compare a grid with ground truth.
 
     Parameters
     ----------
@@ -150,7 +150,9 @@ def true_grid(truth: Truth, like: OccupancyGrid, *, reach: float = inf) -> Occup
     centers = like.centers_xy.reshape(-1, 2)
     # A face along the border of two cells is in both, however it is rounded.
     occupied = outline.distances(centers) <= like.resolution / 2 * (1 + _TOLERANCE)
-    values = np.where(occupied, 1.0, np.where(_visible(centers, truth, reach), 0.0, 0.5))
+    blocks = np.array_split(centers, max(ceil(len(centers) / _BLOCK), 1))
+    visible = np.concatenate([_visible(block, truth, reach) for block in blocks])
+    values = np.where(occupied, 1.0, np.where(visible, 0.0, 0.5))
     return OccupancyGrid(
         origin_xy=like.origin_xy,
         resolution=like.resolution,
@@ -193,11 +195,6 @@ def _window(low: IntArray, high: IntArray) -> tuple[slice, slice]:
 
 def _visible(points_xy: FloatArray, truth: Truth, reach: float) -> BoolArray:
     """Return which points some pose sees."""
-    blocks = np.array_split(points_xy, max(ceil(len(points_xy) / _BLOCK), 1))
-    return np.concatenate([_visible_at_once(block, truth, reach) for block in blocks])
-
-
-def _visible_at_once(points_xy: FloatArray, truth: Truth, reach: float) -> BoolArray:
     visible = np.zeros(len(points_xy), dtype=bool)
     for pose in truth.poses:
         near = np.flatnonzero(~visible & (np.hypot(*(points_xy - pose[:2]).T) <= reach * (1 + _TOLERANCE)))

@@ -50,12 +50,8 @@ def _columns(
     scale: float,
     digits: int,
 ) -> list[list[str]]:
-    ours = [[_of(each.match, name) for each in walls] for walls in found]
+    ours = [[math.nan if each.match is None else float(getattr(each.match, name)) for each in walls] for walls in found]
     return [_column(values, scale=scale, digits=digits) for values in (paper, *ours)]
-
-
-def _of(match: WallMatch | None, name: str) -> float:
-    return math.nan if match is None else float(getattr(match, name))
 
 
 def _column(values: Sequence[float], *, scale: float, digits: int) -> list[str]:

@@ -1,6 +1,6 @@
 """Evaluations as tables of text, ready for a terminal or a document."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from math import degrees, isnan, nan
 from typing import TypeVar
 
@@ -134,10 +134,14 @@ def consistency_table(consistencies: Mapping[FeatureClass, Consistency]) -> Tabl
         A row for each class, and one for all of them.
     """
     rows = [(name, *_consistency(each)) for name, each in consistencies.items()]
+    count = sum(len(each.nees) for each in consistencies.values())
+    inside = sum(each.inside for each in consistencies.values())
+    # NEES of different numbers of parameters have no common expected mean.
+    total = ("all", str(count), *3 * (_UNKNOWN,), _percent(inside / count if count else nan))
     return Table(
         title="Consistency",
         columns=("class", "count", "mean NEES", "ideal", "accepted", "inside 95 % (%)"),
-        rows=(*rows, _consistent(list(consistencies.values()))),
+        rows=(*rows, total),
     )
 
 
@@ -193,12 +197,6 @@ def _consistency(consistency: Consistency) -> tuple[str, ...]:
         _between(low, high, _decimal) or _UNKNOWN,
         _percent(consistency.share_inside),
     )
-
-
-def _consistent(several: Sequence[Consistency]) -> tuple[str, ...]:
-    """Sum up classes; NEES of different numbers of parameters have no common expected mean."""
-    count, inside = sum(len(each.nees) for each in several), sum(each.inside for each in several)
-    return ("all", str(count), *3 * (_UNKNOWN,), _percent(inside / count if count else nan))
 
 
 def _distribution(distribution: Distribution, show: Callable[[float], str]) -> tuple[str, ...]:

@@ -67,7 +67,7 @@ class Trajectory:
 
 
 def compare_poses(feature_map: FeatureMap, truth: Truth) -> Trajectory | None:
-    """Hold the poses of a map against the true ones, without aligning them: both are in the frame of the map.
+    """Compare the poses of a map with the true ones, without aligning them: both are in the frame of the map.
 
     Parameters
     ----------

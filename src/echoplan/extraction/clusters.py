@@ -138,6 +138,7 @@ def _cluster(circle: Pings, run: IntArray, *, max_gap: float) -> Cluster:
     distances = hub_distances(circle)
 
     def neighbour(end: int, step: int) -> float:
+        """Return the distance of the ping beside an end [m]; inf if it is too far off or in the run itself."""
         beyond = (run[end] + step) % len(circle)
         gap = abs(float(wrap(circle.bearings[beyond] - circle.bearings[run[end]])))
         return float(distances[beyond]) if gap <= max_gap and beyond not in run else float("inf")

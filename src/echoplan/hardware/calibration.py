@@ -194,6 +194,7 @@ def _views(
     gain = Estimate(value=seen.conventions.servo_gain, sigma=0.0)
 
     def view(name: str, *, sensor: Sensor, arcs: tuple[Arc, ...], ka: Estimate) -> SensorView:
+        """Fit the arcs of one sensor with the gain of the servo found so far."""
         fit = fit_arcs(arcs, gain=sign * gain.value, ka=ka, sensor=sensor, transducer=transducer, air=air)
         return SensorView(name=name, sensor=sensor, arcs=arcs, fit=fit)
 

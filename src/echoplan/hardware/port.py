@@ -94,13 +94,16 @@ class _SerialTransport:
         self._port = serial.serial_for_url(url, baudrate=_BAUD_RATE, timeout=_LATENCY, write_timeout=1.0)
 
     def read(self) -> bytes:
+        """Return what has arrived, after 20 ms at the latest."""
         data: bytes = self._port.read(4096)
         return data
 
     def write(self, data: bytes) -> None:
+        """Send bytes, and wait for at most one second until they are sent."""
         self._port.write(data)
 
     def close(self) -> None:
+        """Close the port or the connection."""
         self._port.close()
 
 

@@ -222,6 +222,7 @@ def fit_arcs(
         ]
 
     def residuals(values: FloatArray) -> FloatArray:
+        """Return the normalised residuals of the ranges, of the edges of the arcs and of the priors."""
         widths = half_angle(wall_excess(values[3::2], transducer=transducer, air=air), math.exp(values[0])) / abs(gain)
         ends = values[2::2, None] + widths[:, None] * [-1.0, 1.0] - edges
         priors = [(values[0] - start[0]) * ka.value / ka.sigma, (values[1] - 1.0) / _WALK_SPREAD]

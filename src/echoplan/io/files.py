@@ -65,6 +65,7 @@ def by_name(function: Callable[Concatenate[Path, P], R]) -> Callable[Concatenate
 
     @wraps(function)
     def named(path: str | PathLike[str], /, *args: P.args, **kwargs: P.kwargs) -> R:
+        """Call the function with the path of that name."""
         return function(Path(path), *args, **kwargs)
 
     return named

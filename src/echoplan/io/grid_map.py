@@ -117,7 +117,8 @@ def trinary_cells(grid: OccupancyGrid) -> NDArray[np.int8]:
 def _read_form(path: Path) -> _GridForm:
     entries: dict[str, object] = {}
     for number, line in enumerate(read_text(path).split("\n"), start=1):
-        content = _without_comment(line)
+        # A comment begins with the line or after a blank; elsewhere # is a character like others.
+        content = re.split(r"(?:^|(?<=\s))#", line, maxsplit=1)[0].strip()
         if content in ("", "---"):
             continue
         name, colon, text = content.partition(":")
@@ -133,12 +134,6 @@ def _read_form(path: Path) -> _GridForm:
         place = str(fault["loc"][0])
         problem = f"{fault['msg'].lower()}, not {reprlib.repr(entries.get(place))}"
         raise InputError(path, problem, place=place, remedy="see the documentation of map_server") from error
-
-
-def _without_comment(line: str) -> str:
-    # A comment begins with the line or after a blank; elsewhere # is a character like others.
-    before, *_ = re.split(r"(?:^|(?<=\s))#", line, maxsplit=1)
-    return before.strip()
 
 
 def _value(text: str) -> object:

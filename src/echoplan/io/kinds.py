@@ -124,11 +124,6 @@ def _is_count(numbers: Column) -> BoolArray:
     return _fits_the_memory(numbers) & np.greater_equal(numbers, 0)
 
 
-def _is_finite(numbers: Column) -> BoolArray:
-    finite: BoolArray = np.isfinite(numbers)
-    return finite
-
-
 def _is_temperature(numbers: Column) -> BoolArray:
     temperature: BoolArray = np.isnan(numbers) | ((numbers >= COLDEST) & (numbers <= HOTTEST))
     return temperature
@@ -165,7 +160,7 @@ NUMBER = Kind(
     remedy="write a finite number, with a decimal point",
     stored="f8",
     parse=float,
-    allows=_is_finite,
+    allows=np.isfinite,
 )
 POSITION = Kind(
     noun="number",

@@ -115,7 +115,7 @@ def _check_order(rows: Rows, last: np.void) -> None:
 
 
 def _check_units(recorded: Rows, rows: Rows, rig: Rig, conventions: Conventions) -> None:
-    """Hold the first rows, before and after conversion, against the rig: a wrong unit is wrong from the start."""
+    """Check the first rows, before and after conversion, against the rig: a wrong unit is wrong from the start."""
     _check_ranges(recorded, rig, conventions.range_unit)
     _check_positions(rows, rig)
     for column, gain in (("servo", conventions.servo_gain), ("yaw", 1.0)):
@@ -124,7 +124,7 @@ def _check_units(recorded: Rows, rows: Rows, rig: Rig, conventions: Conventions)
 
 
 def _check_ranges(recorded: Rows, rig: Rig, unit: float) -> None:
-    """Hold ranges, recorded in a unit of so many metres, against the reach of the sensors."""
+    """Check ranges, recorded in a unit of so many metres, against the reach of the sensors."""
     sensors = rig.indices(recorded.data["sensor"])
     least, most = rig.min_ranges[sensors], rig.max_ranges[sensors]
     others = possible_length_units(recorded.data["range"], min_ranges=least, max_ranges=most, unit=unit)

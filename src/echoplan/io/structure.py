@@ -189,13 +189,10 @@ def _mismatch(error: ErrorDetails) -> str:
     if error["type"] in ("too_long", "too_short"):
         return error["msg"].replace("List should", "must").replace(" after validation", "")
     wanted = "must be a table" if error["type"] == "model_type" else error["msg"].replace("Input should", "must")
-    return f"{wanted.partition(', unable')[0]}, not {_shown(error['input'])}"
-
-
-def _shown(value: object) -> str:
     # Python refuses to write out whole numbers of thousands of digits.
-    too_long = isinstance(value, int) and value.bit_length() > 1000
-    return "a number of hundreds of digits" if too_long else reprlib.repr(value)
+    is_long = isinstance(error["input"], int) and error["input"].bit_length() > 1000
+    given = "a number of hundreds of digits" if is_long else reprlib.repr(error["input"])
+    return f"{wanted.partition(', unable')[0]}, not {given}"
 
 
 def _key_at(location: Location, form: type[BaseModel]) -> tuple[str, str]:

@@ -162,6 +162,7 @@ def check_extent(points_xy: ArrayLike, *, name: str) -> None:
 
 def _not_finer_than(least: float) -> AfterValidator:
     def check(value: float) -> float:
+        """Refuse a positive value below the limit, and return any other."""
         # What is not positive the model refuses.
         if 0.0 < value < least:
             raise ValueError(f"{value:g} is finer than any device; write at least {least:g}")

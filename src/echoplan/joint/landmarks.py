@@ -30,8 +30,8 @@ class LandmarkType(NamedTuple):
         Proposals in the same cell of this size count as one [rad, m; m, m, m].
     refined_cell : tuple of float
         The same once they are refined.
-    proposed_with : Kind, optional
-        It is tried wherever this kind is proposed; else it has proposals of its own.
+    also : tuple of Kind, optional
+        Kinds that are tried wherever it is proposed.
     corner_kind : CornerKind, optional
         Which corner it is, if it is one.
     """
@@ -42,7 +42,7 @@ class LandmarkType(NamedTuple):
     is_omnidirectional: bool
     proposal_cell: tuple[float, float, float]
     refined_cell: tuple[float, float, float]
-    proposed_with: Kind | None = None
+    also: tuple[Kind, ...] = ()
     corner_kind: CornerKind | None = None
 
     @property
@@ -51,6 +51,7 @@ class LandmarkType(NamedTuple):
         return self.parameters > 2
 
 
+# A concave corner; an edge is a convex one.
 _CORNER = LandmarkType(
     parameters=2,
     feature_class=FeatureClass.CORNER,
@@ -58,6 +59,7 @@ _CORNER = LandmarkType(
     is_omnidirectional=False,
     proposal_cell=(0.03, 0.03, 1.0),
     refined_cell=(0.012, 0.012, 1.0),
+    also=(Kind.EDGE,),
     corner_kind=CornerKind.CONCAVE,
 )
 # Cells are in rad and m for walls, in m for points and centres, and in m for the radius.
@@ -71,7 +73,7 @@ LANDMARKS: dict[Kind, LandmarkType] = {
         refined_cell=(0.01, 0.006, 1.0),
     ),
     Kind.CORNER: _CORNER,
-    Kind.EDGE: _CORNER._replace(proposed_with=Kind.CORNER, corner_kind=CornerKind.CONVEX),
+    Kind.EDGE: _CORNER._replace(also=(), corner_kind=CornerKind.CONVEX),
     Kind.CYLINDER: LandmarkType(
         parameters=3,
         feature_class=FeatureClass.CYLINDER,

@@ -207,6 +207,7 @@ class LiveMap:
         """Start the thread that waits for the feed."""
 
         def run() -> None:
+            """Hand over the events of the feed until it ends; an error of the feed becomes a notice."""
             try:
                 self._hand_over(self._kept(self.feed.events()), loop)
             except EchoplanError as error:

@@ -25,9 +25,11 @@ class _Silent:
     """Shows nothing."""
 
     def track(self, items: Iterable[Item], *, total: int, task: str) -> Iterator[Item]:  # noqa: ARG002 - as in Progress
+        """Pass items on."""
         return iter(items)
 
     def busy(self, task: str) -> AbstractContextManager[None]:  # noqa: ARG002 - as in Progress
+        """Run the block without showing anything."""
         return nullcontext()
 
 

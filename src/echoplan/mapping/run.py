@@ -79,6 +79,7 @@ def map_source(
     with collect_events() as events, ExitStack() as shown:
 
         def follow(cleaned: Sequence[Sweep]) -> Iterator[Sweep]:
+            """Pass on the cleaned sweeps, collect their echoes and show progress."""
             mapped.extend(cleaned)
             yield from listener.listen(progress.track(cleaned, total=len(cleaned), task="mapping"))
             shown.enter_context(progress.busy("putting the map together"))

@@ -121,6 +121,7 @@ def measurements_of(sweep: Sweep, rig: Rig) -> Measurements:
     kept = pings[valid]
     axes = directions(kept.bearings)
     crosstalk_sources, crosstalk_delays = _crosstalk_sources(sweep.stamps_ns[valid])
+    weight = min(1.0, rotation_step(kept.bearings) / _INDEPENDENT) if len(kept) else 1.0
     center = kept.origins_xy.mean(axis=0) if len(kept) else sweep.station[:2]
     measurements = Measurements(
         x=kept.origins_xy[:, 0].copy(),
@@ -136,7 +137,7 @@ def measurements_of(sweep: Sweep, rig: Rig) -> Measurements:
         sensors=kept.sensors.copy(),
         crosstalk_sources=crosstalk_sources,
         crosstalk_delays=crosstalk_delays,
-        weights=np.full(len(kept), _weight(kept.bearings)),
+        weights=np.full(len(kept), weight),
         centers=center[None],
         min_range=float(rig.min_ranges.max()),
         max_range=float(rig.max_ranges.max()),
@@ -325,10 +326,6 @@ def turned(measurements: Measurements, angles: FloatArray) -> Measurements:
         arms_x=moved.real.copy(),
         arms_y=moved.imag.copy(),
     )
-
-
-def _weight(bearings: FloatArray) -> float:
-    return min(1.0, rotation_step(bearings) / _INDEPENDENT) if len(bearings) else 1.0
 
 
 def _rates(stamps_ns: IntArray, angles: FloatArray) -> FloatArray:

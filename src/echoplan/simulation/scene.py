@@ -77,10 +77,12 @@ class _Wedge:
 
     @property
     def record(self) -> tuple[complex, float, float, float, float]:
+        """Fields of an Edge: apex [m], first and opening angle [rad], gains of both faces."""
         return (self.apex, self.first, self.opening, *self.gains)
 
     @property
     def scatters(self) -> bool:
+        """Whether the edge diffracts sound that mirror images do not account for."""
         # Where the opening is pi over a whole number the mirror images are the whole field.
         images = np.pi / self.opening
         whole = abs(images - round(images)) < _WELD and self.gains[0] == self.gains[1]

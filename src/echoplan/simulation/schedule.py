@@ -75,10 +75,12 @@ class _Motion:
     offset: float
 
     def servo_angles(self, stamps_ns: IntArray) -> FloatArray:
+        """Commanded angles of the servo [rad], between the rounds by linear interpolation."""
         angles: FloatArray = np.interp(stamps_ns, self.rounds.stamps_ns, self.rounds.angles)
         return angles
 
     def map_from_base(self, stamps_ns: IntArray, sweeps: IntArray) -> FloatArray:
+        """Poses of the robot [m, m, rad]: those of the sweeps, or between the moments of a route that has stamps."""
         poses = self.route.map_from_base
         if self.route.stamps_ns is None:
             return poses[sweeps]
@@ -88,6 +90,7 @@ class _Motion:
         return np.stack([np.interp(moments, knots, column) for column in poses.T], axis=-1)
 
     def map_from_sensors(self, stamps_ns: IntArray, sweeps: IntArray, sensors: IntArray) -> FloatArray:
+        """Poses of the sensors [m, m, rad], by their indices in the rig, with the errors of the servo."""
         angles = self.offset + self.gain * self.servo_angles(stamps_ns - self.latency_ns)
         in_base = self.rig.base_from_sensors(self.rig.sensor_ids[sensors], angles)
         return compose(self.map_from_base(stamps_ns, sweeps), in_base)

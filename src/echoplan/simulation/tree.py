@@ -39,6 +39,7 @@ def build_tree(segments_xy: FloatArray) -> Tree:
     order, boxes = np.arange(len(segments_xy)), list[tuple[complex, complex, int, int, int]]()
 
     def grow(first: int, last: int) -> None:
+        """Append the box of a range of faces in ``order``, and of its halves in turn."""
         place, faces = len(boxes), order[first:last]
         low, high = lows[faces].min(axis=0), highs[faces].max(axis=0)
         center, half = complex(*(low + high)) / 2, complex(*(high - low)) / 2 + complex(MARGIN, MARGIN)

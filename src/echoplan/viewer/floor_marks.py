@@ -28,7 +28,9 @@ _AIR, _ABOVE = 0.5, 0.8
 
 class _Mark(Protocol):
     @property
-    def footprint(self) -> Polygon: ...
+    def footprint(self) -> Polygon:
+        """What the mark covers on paper [mm]."""
+        ...
 
 
 M = TypeVar("M", bound=_Mark)

@@ -128,7 +128,7 @@ def _of_the_classes(stages: Sequence[SweepStages]) -> Iterator[tuple[str, Figure
 
 
 def _lines(plan: Plan) -> FloatArray:
-    """Walls to hold a distance against: the true ones where they are known, else those of the map."""
+    """Walls with which to compare distances: the true ones where they are known, else those of the map."""
     if plan.truth is not None:
         return lines_through(plan.truth.walls_xy[:, 0], plan.truth.walls_xy[:, 1])
     return np.array([[wall.normal_angle, wall.offset] for wall in plan.feature_map.walls]).reshape(-1, 2)

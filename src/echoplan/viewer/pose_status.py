@@ -52,16 +52,15 @@ def poses_in_words(status: Mapping[str, Any] | str) -> str:
     }
     if reason in _AS_RECORDED:
         return _AS_RECORDED[reason].format(**words)
+    cause = ""
+    if status["is_requested"]:
+        cause = ", as requested"
+    elif status["is_odometry_specified"]:
+        cause = ", because the rig specifies errors of its odometry"
     parts = [
         "corrected by a few centimetres" if status["model"] == PoseModel.ABSOLUTE else "corrected",
-        _cause(status),
+        cause,
         _CORRECTED[reason].format(**words),
         *(words for flag, words in _REMARKS.items() if status[flag]),
     ]
     return "".join(parts)
-
-
-def _cause(status: Mapping[str, Any]) -> str:
-    if status["is_requested"]:
-        return ", as requested"
-    return ", because the rig specifies errors of its odometry" if status["is_odometry_specified"] else ""

@@ -161,7 +161,7 @@ def sweep_stages(mapper: MdpFuzzyMapper, sweep: Sweep) -> SweepStages:
     valid = valid_pings(Pings.from_sweep(sweep, mapper.rig), mapper.rig)
     kept = kmeans_filter(valid, mapper.settings.filter)
     clusters = mapper.clusters_of(kept)
-    located = (Located(cluster=each, observation=_only(mapper.observe(sweep, [each]))) for each in clusters)
+    located = (Located(cluster=each, observation=next(iter(mapper.observe(sweep, [each])), None)) for each in clusters)
     return SweepStages(index=sweep.index, valid=valid, kept=kept, located=tuple(located))
 
 
@@ -191,7 +191,7 @@ def fitted_cluster(located: Located, *, radius: float = np.inf) -> Fitted | None
 
 
 def wall_profile(located: Located, lines: FloatArray) -> WallProfile | None:
-    """Hold the distances of a cluster against the wall that gave them.
+    """Compare the distances of a cluster with those to the wall that gave them.
 
     Parameters
     ----------
@@ -246,10 +246,6 @@ def example(stages: Sequence[SweepStages], feature_class: FeatureClass, *, dista
 
 def _readings(pings: Pings) -> list[tuple[float, ...]]:
     return list(zip(pings.sensors.tolist(), pings.bearings.tolist(), pings.ranges.tolist(), strict=True))
-
-
-def _only(observations: list[Observation]) -> Observation | None:
-    return observations[0] if observations else None
 
 
 def _arms(cluster: Cluster) -> FloatArray:

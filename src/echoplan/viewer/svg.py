@@ -51,8 +51,8 @@ def plan_svg(plan: Plan) -> str:
     """
     drawing = plan_element(plan)
     width, height = _sheet(plan).size
-    style = element("style", text=_style())
-    drawing.insert(1, style)
+    css = files("echoplan.viewer").joinpath("map.css").read_text(encoding="utf-8")
+    drawing.insert(1, element("style", text=css))
     drawing.attrib |= {"xmlns": _NAMESPACE, "width": f"{size(width)}mm", "height": f"{size(height)}mm"}
     ET.indent(drawing)
     return ET.tostring(drawing, encoding="unicode") + "\n"
@@ -74,6 +74,11 @@ def plan_element(plan: Plan) -> ET.Element:
         ``data-origin`` where the origin of the map lies.
     """
     sheet = _sheet(plan)
+    title, legend = f"Map made by {plan.feature_map.method}", _legend(sheet)
+    # A map that is not good says so, in its title and above the drawing.
+    if warning := warning_of(plan.feature_map.quality):
+        title = f"{title}. {warning}"
+        legend.append(element("text", text=warning, class_="warning", x=size(_MARGIN), y=size(_MARGIN / 2)))
     layers = {
         "grid": _grid(sheet),
         "echoes": [_window(sheet, echo_marks(plan, sheet))],
@@ -84,12 +89,12 @@ def plan_element(plan: Plan) -> ET.Element:
         "cylinders": cylinder_marks(plan, sheet),
         "corners": corner_marks(plan, sheet),
         "stations": station_marks(plan, sheet),
-        "legend": [*_legend(sheet), *_warning(plan)],
+        "legend": legend,
     }
     width, height = (size(each) for each in sheet.size)
     return element(
         "svg",
-        element("title", text=_title(plan)),
+        element("title", text=title),
         element("rect", class_="paper", width=width, height=height),
         *(element("g", *marks, class_=name) for name, marks in layers.items()),
         class_="map",
@@ -99,26 +104,11 @@ def plan_element(plan: Plan) -> ET.Element:
     )
 
 
-def _title(plan: Plan) -> str:
-    warning = warning_of(plan.feature_map.quality)
-    return f"Map made by {plan.feature_map.method}{f'. {warning}' if warning else ''}"
-
-
-def _warning(plan: Plan) -> list[ET.Element]:
-    """Write above the drawing that the map is not good, if it is not."""
-    words = warning_of(plan.feature_map.quality)
-    return [element("text", text=words, class_="warning", x=size(_MARGIN), y=size(_MARGIN / 2))] if words else []
-
-
 def _sheet(plan: Plan) -> Sheet:
     """Lay a map on paper, in the middle of what its legend needs."""
     sheet = Sheet(bounds_xy=plan.bounds_xy)
     short = max(_NARROWEST - float(sheet.size[0]), 0.0) / 2 / sheet.millimetres
     return Sheet(bounds_xy=sheet.bounds_xy + np.array([[-short, 0.0], [short, 0.0]]))
-
-
-def _style() -> str:
-    return files("echoplan.viewer").joinpath("map.css").read_text(encoding="utf-8")
 
 
 def _grid(sheet: Sheet) -> list[ET.Element]:

@@ -91,7 +91,7 @@ def crossing_covariance(first: Wall, second: Wall) -> FloatArray:
     ndarray, shape (2, 2)
         Of x and y [m].
     """
-    position = _crossing(first, second)
+    position = intersections(_line(first), _line(second))
     inverse = np.linalg.inv(np.stack([first.normal_xy, second.normal_xy]))
     covariance = np.zeros((2, 2))
     for column, wall in zip(inverse.T, (first, second), strict=True):
@@ -102,10 +102,6 @@ def crossing_covariance(first: Wall, second: Wall) -> FloatArray:
 
 def _line(wall: Wall) -> FloatArray:
     return np.array([wall.normal_angle, wall.offset])
-
-
-def _crossing(first: Wall, second: Wall) -> FloatArray:
-    return intersections(_line(first), _line(second))
 
 
 def _nearest(observation: Observation, meetings: list[Junction], settings: AssociationSettings) -> int | None:

@@ -67,6 +67,7 @@ def fit_line(stack: Stack) -> Fit:
     """
 
     def predict(line: FloatArray) -> Prediction:
+        """Return the bearing [rad] and distance [m] at which each hub measures a line, and their Jacobians."""
         along = stack.hubs_xy @ directions(line[0] + np.pi / 2)
         one, zero = np.ones_like(along), np.zeros_like(along)
         predicted = np.stack([line[0] * one, -signed_distances(line, stack.hubs_xy)])
@@ -106,6 +107,7 @@ def fit_circle(stack: Stack, *, radius: float, radius_sigma: float) -> Fit:
     """
 
     def predict(circle: FloatArray) -> Prediction:
+        """Return the bearing [rad] and distance [m] at which each hub measures a circle, and their Jacobians."""
         away = circle[:2] - stack.hubs_xy
         depths = np.maximum(np.hypot(*away.T), _CONVERGED)
         unit = away / depths[:, None]
@@ -128,6 +130,7 @@ def _gauss_newton(
     sigmas = np.stack([stack.bearing_sigmas, stack.distance_sigmas])
 
     def linearised(parameters: FloatArray) -> tuple[float, FloatArray, FloatArray]:
+        """Return the weighted sum of squares with the prior, the residuals [rad, m], and the Jacobians."""
         predicted, slopes = predict(parameters)
         residuals = np.stack([wrap(stack.bearings - predicted[0]), stack.distances - predicted[1]])
         off = parameters - start

@@ -134,8 +134,10 @@ def _meeting(pair: tuple[int, int], spans: list[Span], *, max_extension: float, 
         return None
     position = intersections(first.line, second.line)
     gaps = [_gap(span, position) for span in (first, second)]
+    # A crossing may also lie inside a span, because ends are uncertain: by a tenth of the shorter span.
+    max_overlap = 0.1 * min(first.high - first.low, second.high - second.low)
     kind = _kind(first, second)
-    if kind is None or max(gaps) > max_extension or min(gaps) < -_overlap(first, second):
+    if kind is None or max(gaps) > max_extension or min(gaps) < -max_overlap:
         return None
     at_high = [bool(along(span.line, position) > (span.low + span.high) / 2) for span in (first, second)]
     return Junction(
@@ -154,11 +156,6 @@ def _gap(span: Span, position_xy: FloatArray) -> float:
     """How far beyond the nearer end of a span a point on its line lies [m]; negative inside."""
     coordinate = float(along(span.line, position_xy))
     return max(span.low - coordinate, coordinate - span.high)
-
-
-def _overlap(first: Span, second: Span) -> float:
-    """How far a crossing may lie inside a span [m]: a tenth of the shorter, for ends are uncertain."""
-    return 0.1 * min(first.high - first.low, second.high - second.low)
 
 
 def _kind(first: Span, second: Span) -> CornerKind | None:

@@ -14,11 +14,6 @@ __all__ = ["GridFeatureSettings", "features_of_grid", "free_sides", "occupied_ce
 _AROUND = 3
 
 
-def _cell_features() -> PointFeatureSettings:
-    """Cells of 5 cm lie up to a cell beside their wall, and all of one row err alike."""
-    return PointFeatureSettings(segments=SegmentSettings(band=0.05, common_sigma=0.05 / np.sqrt(12.0)))
-
-
 class GridFeatureSettings(Settings):
     """Which cells are occupied, and what makes features of them."""
 
@@ -28,8 +23,11 @@ class GridFeatureSettings(Settings):
         lt=1.0,
         description="Probability above which a cell is occupied: the threshold of map_server of ROS.",
     )
+    # Cells of 5 cm lie up to a cell beside their wall, and all of one row err alike.
     points: PointFeatureSettings = Field(
-        default_factory=_cell_features,
+        default_factory=lambda: PointFeatureSettings(
+            segments=SegmentSettings(band=0.05, common_sigma=0.05 / np.sqrt(12.0))
+        ),
         description="Extraction of features from the centres of cells; the bands are those of cells of 5 cm.",
     )
 

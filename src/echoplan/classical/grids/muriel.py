@@ -111,16 +111,16 @@ class MurielRule:
         canvas = Canvas(self._lattice)
         canvas.cover(box_about(cones, radii))
         trace = trace_for(cones, radii, self._lattice.resolution)
-        for chosen in _places(cones, self.settings.place):
-            place = Canvas(self._lattice, fills=(0.0, 0.0))
-            self._gather(place, chosen_cones(cones, chosen), radii[chosen], trace)
-            canvas.add(place, _of_place(place.layers, cones.half_apertures[chosen]))
-        return canvas.grid(0.5 + 0.5 * np.tanh(0.5 * canvas.layers[0]))
-
-    def _gather(self, place: Canvas, cones: Cones, radii: FloatArray, trace: Trace) -> None:
-        place.cover(box_about(cones, radii))
         model = Model(self.settings.detection_probability, self.settings.sigma, self.settings.clutter_density)
-        keep_strongest(place.layers, place.raster, cones, radii, trace, model)
+        for chosen in _places(cones, self.settings.place):
+            own = chosen_cones(cones, chosen)
+            place = Canvas(self._lattice, fills=(0.0, 0.0))
+            place.cover(box_about(own, radii[chosen]))
+            keep_strongest(place.layers, place.raster, own, radii[chosen], trace, model)
+            # Probability that a surface faces the sensors of this place: F above.
+            faces = own.half_apertures.max() / (np.pi / 2)
+            canvas.add(place, np.log(faces * np.exp(place.layers.sum(axis=0)) + 1.0 - faces))
+        return canvas.grid(0.5 + 0.5 * np.tanh(0.5 * canvas.layers[0]))
 
 
 def _places(cones: Cones, side: float) -> list[IntArray]:
@@ -129,13 +129,6 @@ def _places(cones: Cones, side: float) -> list[IntArray]:
     _, numbers = np.unique(squares, axis=0, return_inverse=True)
     order = np.argsort(numbers, kind="stable")
     return np.split(order, np.flatnonzero(np.diff(numbers[order])) + 1) if len(order) else []
-
-
-def _of_place(layers: FloatArray, half_apertures: FloatArray) -> FloatArray:
-    """Log likelihood ratios by a place, whose surfaces face its sensors or do not."""
-    faces = half_apertures.max() / (np.pi / 2)
-    ratios: FloatArray = np.log(faces * np.exp(layers.sum(axis=0)) + 1.0 - faces)
-    return ratios
 
 
 @compiled

@@ -16,7 +16,7 @@ from echoplan.geometry import directions
 
 __all__ = ["Crossings", "find_crossings"]
 
-# So many pairs of arcs are held against each other at a time: what fits into some megabytes.
+# So many pairs of arcs are compared at a time: what fits into some megabytes.
 _PAIRS = 1 << 20
 
 
@@ -43,7 +43,7 @@ def find_crossings(first: Loci, second: Loci, *, min_angle: float) -> Crossings:
     Parameters
     ----------
     first, second : Loci
-        Arcs; each of the first is held against each of the second.
+        Arcs; each of the first is compared with each of the second.
     min_angle : float
         Least angle between two arcs that cross [rad]: the flatter a crossing, the farther an error of range moves it.
 

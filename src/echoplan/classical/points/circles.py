@@ -151,20 +151,16 @@ def circle_covariance(cloud: Cloud, circle: FloatArray, settings: CircleSettings
 
 def _knots(cloud: Cloud, link: float) -> list[IntArray]:
     """Points that are linked over steps of less than a length."""
-    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415 - SciPy is slow to import
+    from scipy.sparse import coo_array  # noqa: PLC0415 - SciPy is slow to import
+    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
     from scipy.spatial import cKDTree  # noqa: PLC0415
 
     if not len(cloud):
         return []
-    tree = cKDTree(cloud.points_xy)
-    count, labels = connected_components(_links(tree.query_pairs(link, output_type="ndarray"), len(cloud)))
+    pairs = cKDTree(cloud.points_xy).query_pairs(link, output_type="ndarray")
+    links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(cloud), len(cloud)))
+    count, labels = connected_components(links)
     return [np.flatnonzero(labels == label) for label in range(count)]
-
-
-def _links(pairs: IntArray, count: int) -> object:
-    from scipy.sparse import coo_array  # noqa: PLC0415 - SciPy is slow to import
-
-    return coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
 
 
 def _settled(cloud: Cloud, knot: IntArray, settings: CircleSettings) -> Circle | None:

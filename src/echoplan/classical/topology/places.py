@@ -4,7 +4,6 @@ A place is a hill of the clearance, which is the distance from whatever is not f
 one gets from hill to hill.  Flooding from the summits down finds both (watershed; Vincent and Soille 1991).
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -138,8 +137,11 @@ def find_places(free: FreeSpace, settings: PlaceSettings | None = None) -> Topol
     settings = settings or PlaceSettings()
     clearances = _clearances(free)
     flood = _Flood(clearances, settings)
-    for cell in _from_the_summits(clearances):
-        flood.reach(cell)
+    # Flood from the summits down.
+    cells = np.argwhere(clearances > 0)
+    order = np.argsort(-clearances[tuple(cells.T)], kind="stable")
+    for iy, ix in cells[order].tolist():
+        flood.reach((iy, ix))
     numbers = {hill: number for number, hill in enumerate(flood.hills())}
     hills = np.array([flood.root(hill) for hill in range(len(flood.summits))], dtype=np.int64)
     return TopologicalGraph(
@@ -218,12 +220,6 @@ def _clearances(free: FreeSpace) -> FloatArray:
     bordered = np.pad(free.data, 1)
     clearances: FloatArray = free.resolution * (distance_transform_edt(bordered) - 0.5 * bordered)
     return clearances
-
-
-def _from_the_summits(clearances: FloatArray) -> Iterator[tuple[int, int]]:
-    cells = np.argwhere(clearances > 0)
-    order = np.argsort(-clearances[tuple(cells.T)], kind="stable")
-    return ((int(iy), int(ix)) for iy, ix in cells[order])
 
 
 def _place(summit: tuple[int, int], own: BoolArray, clearances: FloatArray, free: FreeSpace) -> Place:

@@ -24,6 +24,7 @@ def sonar_readings(read: BagContents) -> dict[SeriesKey, Series]:
     """
 
     def natural(key: SeriesKey) -> list[tuple[int, str]]:
+        """Return a sorting key in which numbers count as numbers."""
         # /sonar_2 comes before /sonar_10; sensors of one topic are sorted by their fields and frames.
         words = re.findall(r"(\d+)|(\D+)", f"{key.topic} {key.child} {key.frame}")
         return [(int(number or 0), text) for number, text in words]

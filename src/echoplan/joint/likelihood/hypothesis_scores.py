@@ -146,15 +146,15 @@ def _best_run(stations: IntArray, scores: _ScoreArrays, llr_by_station: FloatArr
     for ping, foot in zip(scores[0], scores[3]):  # noqa: B905 - numba does not support strict zip
         feet[stations[ping]] += foot
         pings[stations[ping]] += 1.0
-    heard = 0
+    detected = 0
     for station in range(count):
         feet[station] = feet[station] / pings[station] if pings[station] else math.inf
-        heard += pings[station] > 0
+        detected += pings[station] > 0
     order = order_of(feet)
     first, last = (
-        _greatest_run(llr_by_station[order[:heard]])
+        _greatest_run(llr_by_station[order[:detected]])
         if known[0] > known[1]
-        else _run_about(llr_by_station[order[:heard]], feet[order[:heard]], known)
+        else _run_about(llr_by_station[order[:detected]], feet[order[:detected]], known)
     )
     for place in range(count):
         if not first <= place < last:

@@ -5,7 +5,7 @@ When no hypothesis is accepted any more, arcs that are still unexplained suggest
 """
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import ClassVar
@@ -261,29 +261,26 @@ class Search:
     def _promising(self, kind: Kind, rows: FloatArray, log_densities: FloatArray, free: IntArray) -> list[Hypothesis]:
         """Screen proposals of one class, refine the best of them on open readings, and keep distinct ones."""
         likelihood, noise = self.likelihood, self.likelihood.noise
-        rescored = self._screened(rows[rows[:, 0] == kind], log_densities)
         rough, fine = ((max(0.008, 1.5 * noise), 0.03, 4),), ((noise, 0.02, 3),)
-        few = free[self._few[free]]
-        moved = [
-            self._moved(each.reflector, few, rough)
-            for each in rescored[: self.settings.max_candidates]
-            if each.llr > 2.0 and each.has_credible_loss
-        ]
-        moved = [
-            self._moved(row, free, fine) for row in _apart(np.array(moved).reshape(-1, 4), LANDMARKS[kind].refined_cell)
-        ]
-        apart = _apart(np.array(moved).reshape(-1, 4), LANDMARKS[kind].refined_cell)
-        too = [other for other in LANDMARKS if LANDMARKS[other].proposed_with is kind]
-        others = [self._moved(np.array([other, *row[1:]]), free, fine) for other in too for row in apart]
-        if kind is Kind.CORNER and likelihood.tables.cone:
-            # Only sound returns from a concave corner; rays read its walls.
-            apart = apart[:0]
-        return [likelihood.score(row) for row in [*apart, *others]]
+        few, cell = free[self._few[free]], LANDMARKS[kind].refined_cell
+        coarse = _apart(self._all_moved(self._screened(rows[rows[:, 0] == kind], log_densities), few, rough), cell)
+        apart = _apart(self._all_moved(coarse, free, fine), cell)
+        others = [np.array([other, *row[1:]]) for other in LANDMARKS[kind].also for row in apart]
+        # Only sound returns from a concave corner; rays read its walls.
+        apart = apart[:0] if kind is Kind.CORNER and likelihood.tables.cone else apart
+        return [likelihood.score(row) for row in [*apart, *self._all_moved(others, free, fine)]]
 
-    def _screened(self, rows: FloatArray, log_densities: FloatArray) -> list[Hypothesis]:
-        """Score proposals on the independent pings, and sort them from best to worst."""
-        rescored = self._rough.score_all([self._rough.score(row) for row in rows], log_densities[self._few], [])
-        return sorted(rescored, key=lambda each: each.llr, reverse=True)
+    def _all_moved(
+        self, reflectors: Iterable[FloatArray], pings: IntArray, schedule: AnnealingSchedule
+    ) -> list[FloatArray]:
+        """Refine reflectors on pings by an annealing schedule."""
+        return [self._moved(each, pings, schedule) for each in reflectors]
+
+    def _screened(self, rows: FloatArray, log_densities: FloatArray) -> list[FloatArray]:
+        """Return the best proposals on the independent pings, best first."""
+        scored = self._rough.score_all([self._rough.score(row) for row in rows], log_densities[self._few], [])
+        best = sorted(scored, key=lambda each: each.llr, reverse=True)[: self.settings.max_candidates]
+        return [each.reflector for each in best if each.llr > 2.0 and each.has_credible_loss]
 
 
 def _others(features: Sequence[Hypothesis], place: int) -> list[Hypothesis]:
@@ -310,9 +307,8 @@ def _same(one: Hypothesis, other: Hypothesis) -> bool:
     return are_duplicates(one, other, _SAME_WALL)
 
 
-def _apart(rows: FloatArray, cell: tuple[float, float, float]) -> FloatArray:
+def _apart(reflectors: Sequence[FloatArray], cell: tuple[float, float, float]) -> FloatArray:
     """Keep the first reflector in each cell of a grid."""
-    if not len(rows):
-        return rows
+    rows = np.array(reflectors).reshape(-1, 4)
     _, first = np.unique(np.round(rows[:, 1:] / cell).astype(np.int64), axis=0, return_index=True)
     return rows[np.sort(first)]
