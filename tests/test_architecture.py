@@ -371,6 +371,17 @@ def test_every_mutant_changes_a_line_that_stands_once() -> None:
     assert not lost
 
 
+def test_a_new_type_of_landmark_takes_a_short_patch_of_the_modules_that_the_architecture_names() -> None:
+    patch, described = ROOT / "tests" / "thin_pole.patch", (ROOT / "docs" / "architecture.md").read_text("utf-8")
+    lines = patch.read_text(encoding="utf-8").splitlines()
+    modules = {line[len("+++ b/src/echoplan/") : -len(".py")].replace("/", ".") for line in lines if line[:3] == "+++"}
+    how = next(line for line in described.splitlines() if line.startswith("- **A landmark type**"))
+    assert len(lines) < 120
+    assert all(f"`{module}`" in how for module in modules), modules
+    # ``tests/new_landmark.py`` maps a room with it.
+    subprocess.run(["git", "apply", "--check", str(patch)], cwd=ROOT, check=True)
+
+
 def test_no_file_names_the_place_where_it_was_written() -> None:
     found = []
     for path in [*FILES, *sorted((ROOT / "docs").rglob("*.md")), ROOT / "README.md"]:
