@@ -7,7 +7,7 @@ import numpy as np
 
 from echoplan.diagnosis.calibration import servo_error
 from echoplan.diagnosis.causes import Cause, Remedy, find_remedies
-from echoplan.diagnosis.consistency import consistency, sampled, stations_of, windows
+from echoplan.diagnosis.consistency import CONSISTENT, Consistency, consistency, sampled, stations_of, windows
 from echoplan.diagnosis.stations import Misplaced, misplaced_stations
 from echoplan.diagnosis.wording import next_step, reasons
 from echoplan.geometry import crosses_segments
@@ -25,9 +25,11 @@ _STEP = 0.5
 _AGREE = EstimateSettings().min_inlier_ratio
 # Number of windows of a long recording over which the share is averaged: each takes as long as mapping it.
 _WINDOWS = 5
-# Least share of the echoes of a good map that landmarks explain which two stations detect; least shares, of any other
-# map, that landmarks explain, and such landmarks. Chosen on seeds from 1000 of benchmarks/verdicts.py.
-_GOOD, _FAILED, _LONE = 0.8, 0.6, 0.25
+# Thresholds of doubtful and of failed maps: share of the echoes that landmarks explain, and that landmarks explain which
+# two stations detect. Chosen on seeds from 1000 of benchmarks/verdicts.py: there the second share is at most 0.57 with
+# wrong conventions, and above 0.8 in nearly all maps of correct recordings.
+_GOOD, _FAILED = 0.8, 0.6
+_CONFIRMED, _LONE = 0.7, 0.25
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,7 +80,7 @@ class Measures:
 
         With wrong poses each station gets landmarks of its own, which explain most of its echoes.
         """
-        return self.confirmed < _GOOD and not self.faults.recording
+        return self.confirmed < _CONFIRMED and not self.faults.recording
 
 
 def assess(
@@ -152,8 +154,9 @@ def examine(
         turned = servo_turned(cleaned, error)
         # What looks like a servo error may be another mistake.
         is_consistent = consistency(sampled(turned, rig), rig).share >= _AGREE
-        is_strange = error != AS_RECORDED or not is_consistent or _odd_sensor(turned, rig) is not None
-        remedies = find_remedies(cleaned, rig, conventions=now, causes=_suspects(rig, is_strange=is_strange))
+        sensors = _of_sensors(turned, rig)
+        is_strange = error != AS_RECORDED or not is_consistent or sensors.has_odd_sensor
+        remedies = find_remedies(cleaned, rig, conventions=now, causes=_suspects(sensors, is_strange=is_strange))
         misplaced = () if remedies else misplaced_stations(turned, rig)
         measures = replace(measures, misplaced=misplaced, remedies=remedies)
     return _quality(measures, now, has_rig_file=has_rig_file)
@@ -204,10 +207,12 @@ def _measured(feature_map: FeatureMap, rig: Rig, sweeps: Sequence[Sweep], now: C
     # With unknown poses or an unsuitable beam, no conventions explain the echoes.
     if not placed or faults.recording:
         return measures
-    measures = replace(measures, odd_sensor=_odd_sensor(placed, rig))
+    sensors = _of_sensors(placed, rig)
+    odd_sensor = rig.sensors[sensors.strangest].sensor_id if sensors.has_odd_sensor else None
+    measures = replace(measures, odd_sensor=odd_sensor)
     is_strange = verdict_of(replace(measures, faults=Faults(), unchecked="")) is not Verdict.GOOD
     # What looks like a servo error may be another mistake.
-    suspects = _suspects(rig, is_strange=is_strange or servo_of(feature_map) != AS_RECORDED)
+    suspects = _suspects(sensors, is_strange=is_strange or servo_of(feature_map) != AS_RECORDED)
     measures = replace(measures, remedies=find_remedies(cleaned, rig, conventions=now, causes=suspects))
     # In a failed map most stations are inconsistent, so none is singled out.
     if verdict_of(measures) is not Verdict.FAILED:
@@ -215,16 +220,11 @@ def _measured(feature_map: FeatureMap, rig: Rig, sweeps: Sequence[Sweep], now: C
     return measures
 
 
-def _suspects(rig: Rig, *, is_strange: bool) -> tuple[Cause, ...]:
-    """Return the mistakes to test: without symptoms only that of which there may be none, a sensor among many."""
+def _suspects(sensors: Consistency, *, is_strange: bool) -> tuple[Cause, ...]:
+    """Return the mistakes to test; without symptoms, one of many sensors may still explain nothing."""
     if is_strange:
         return tuple(Cause)
-    return (Cause.SENSOR,) if _may_hide_sensor(rig) else ()
-
-
-def _may_hide_sensor(rig: Rig) -> bool:
-    """Return True if a good map may leave all echoes of one sensor unexplained."""
-    return len(rig.sensors) * (1.0 - _GOOD) >= 1.0
+    return (Cause.SENSOR,) if sensors.has_unexplained_sensor else ()
 
 
 def _inlier_ratio(feature_map: FeatureMap) -> float | None:
@@ -234,12 +234,11 @@ def _inlier_ratio(feature_map: FeatureMap) -> float | None:
     return None if ratio is None else float(ratio)
 
 
-def _odd_sensor(placed: Sequence[Sweep], rig: Rig) -> int | None:
-    """Return the sensor that is not consistent with the others, if there is one."""
-    if not _may_hide_sensor(rig):
-        return None
-    found = consistency(sampled(placed, rig, stations=EstimateSettings().window.stations), rig)
-    return rig.sensors[found.strangest].sensor_id if found.has_odd_sensor else None
+def _of_sensors(sweeps: Sequence[Sweep], rig: Rig) -> Consistency:
+    """Return how well the echoes of each of many sensors fit; of few, each shows in the share of all of them."""
+    if len(rig.sensors) * (1.0 - _GOOD) < 1.0:
+        return CONSISTENT
+    return consistency(sampled(sweeps, rig, stations=EstimateSettings().window.stations), rig)
 
 
 def _share(ratio: float | None, rig: Rig, placed: Sequence[Sweep], faults: Faults) -> float:

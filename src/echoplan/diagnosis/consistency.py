@@ -20,7 +20,17 @@ from echoplan.preprocessing.measurements import join_measurements, measurements_
 from echoplan.preprocessing.servo import ServoError
 from echoplan.preprocessing.stations import Stations, at_stations, group_sweeps
 
-__all__ = ["FEW_STATIONS", "Consistency", "consistency", "estimate_of", "gathered", "sampled", "stations_of", "windows"]
+__all__ = [
+    "CONSISTENT",
+    "FEW_STATIONS",
+    "Consistency",
+    "consistency",
+    "estimate_of",
+    "gathered",
+    "sampled",
+    "stations_of",
+    "windows",
+]
 
 # Number of stations, and of pings per station and sensor, that suffice to detect wrong conventions. Mapping such a
 # sample takes a third of a second.
@@ -70,6 +80,11 @@ class Consistency(NamedTuple):
         return int(np.argmin((self.explained + 1) / (self.grouped + 1)))
 
     @property
+    def has_unexplained_sensor(self) -> bool:
+        """Whether less than half of the echoes of the strangest sensor are explained."""
+        return self.of_sensor(self.strangest).share < 0.5
+
+    @property
     def has_odd_sensor(self) -> bool:
         """Whether the share of explained echoes of the strangest sensor is less than half that of the others.
 
@@ -81,6 +96,10 @@ class Consistency(NamedTuple):
         if not explained < half * grouped:
             return False
         return bool(betainc(grouped - explained, explained + 1.0, 1.0 - half) < _CHANCE / len(self.weights))
+
+
+# Consistency of sensors of which nothing strange is known.
+CONSISTENT = Consistency(np.ones(1, dtype=np.int64), np.ones(1, dtype=np.int64), 0.0, np.ones((1, 2)))
 
 
 def sampled(sweeps: Sequence[Sweep], rig: Rig, *, stations: int = FEW_STATIONS) -> list[Sweep]:

@@ -114,7 +114,7 @@ def test_a_wall_across_the_path_is_a_reason_against_a_map() -> None:
         ({"share": 0.3}, Verdict.FAILED),
         ({"share": math.nan}, Verdict.FAILED),
         ({"faults": TWO_PLACES}, Verdict.DOUBTFUL),
-        ({"confirmed": 0.7}, Verdict.DOUBTFUL),
+        ({"confirmed": 0.6}, Verdict.DOUBTFUL),
         ({"confirmed": 0.2}, Verdict.FAILED),
         ({"confirmed": 0.0, "faults": TWO_PLACES}, Verdict.DOUBTFUL),
         ({"crossed": 1}, Verdict.DOUBTFUL),

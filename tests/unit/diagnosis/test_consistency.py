@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import echoplan
-from echoplan.diagnosis.consistency import Consistency
+from echoplan.diagnosis.consistency import CONSISTENT, Consistency
 
 pytestmark = pytest.mark.slow
 
@@ -49,3 +49,9 @@ def test_one_backward_sensor_of_a_ring_is_named_although_most_echoes_fit() -> No
 def test_one_sensor_is_taken_from_the_others() -> None:
     silent = of_sensors((14, 16), (0, 3), (7, 16)).of_sensor(1)
     assert (silent.share, silent.weight, len(silent.weights)) == (0.0, 0.0, 1)
+
+
+def test_nothing_is_strange_about_sensors_that_fit() -> None:
+    assert not CONSISTENT.has_odd_sensor
+    assert not CONSISTENT.has_unexplained_sensor
+    assert of_sensors((14, 16), (2, 14)).has_unexplained_sensor

@@ -39,8 +39,10 @@ def simulated(
     using = find_rig(rig)
     assert using.transducer
     using = replace(using, transducer=replace(using.transducer, quality_factor=quality_factor))
-    told = SimulationSettings.model_validate({"air": {"temperature": temperature}} | settings)
-    return tuple(Simulation(world=find_world("square"), rig=using, route=find_route("square"), settings=told, seed=2))
+    simulated = SimulationSettings.model_validate({"air": {"temperature": temperature}} | settings)
+    return tuple(
+        Simulation(world=find_world("square"), rig=using, route=find_route("square"), settings=simulated, seed=2)
+    )
 
 
 def mapped(rig: str | Rig, sweeps: Sequence[Sweep], settings: JointSettings | None = None) -> FeatureMap:
@@ -294,8 +296,8 @@ def test_exact_poses_of_a_straight_drive_with_fixed_sensors_are_kept(
 ) -> None:
     way = np.array([[x, beside, 0.0] for x in np.arange(0.6, length - 0.8, 0.05)])
     places = enumerate([(0.1, 0.0), (0.0, 0.06), (-0.1, 0.0), (0.0, -0.06)])
-    told = {"half_aperture": np.pi / 6, "max_range": 4.0, "resolution": 0.003}
-    each = [simulated_worlds.sensor(number, x=x, y=y, yaw=number * np.pi / 2, **told) for number, (x, y) in places]
+    common = {"half_aperture": np.pi / 6, "max_range": 4.0, "resolution": 0.003}
+    each = [simulated_worlds.sensor(number, x=x, y=y, yaw=number * np.pi / 2, **common) for number, (x, y) in places]
     car = replace(simulated_worlds.rig(*each, period=0.06, groups=((0,), (1,), (2,), (3,))), transducer=None)
     room = simulated_worlds.world([[0.0, 0.0], [length, 0.0], [length, width], [0.0, width]], closed=True)
     sweeps = list(simulated_worlds.simulation(room, using=car, poses=way, seed=11, jitter=0.001))
@@ -308,12 +310,13 @@ def test_exact_poses_of_a_straight_drive_with_fixed_sensors_are_kept(
 
 def test_the_calibration_is_reported_with_the_settings() -> None:
     found = mapped(ARRAY, simulated(ARRAY))
-    told = json.loads(json.dumps(found.parameters))
+    parameters = json.loads(json.dumps(found.parameters))
     assert found.method == "joint"
-    assert told["search"]["min_log_likelihood_ratio"] == JointSettings().search.min_log_likelihood_ratio
-    assert told["found"]["range_scale"]["value"] == pytest.approx(0.0, abs=4 * told["found"]["range_scale"]["sigma"])
-    assert told["found"]["inlier_ratio"] > 0.95
-    assert 0.001 < told["found"]["noise"] < 0.005
+    assert parameters["search"]["min_log_likelihood_ratio"] == JointSettings().search.min_log_likelihood_ratio
+    range_scale = parameters["found"]["range_scale"]
+    assert range_scale["value"] == pytest.approx(0.0, abs=4 * range_scale["sigma"])
+    assert parameters["found"]["inlier_ratio"] > 0.95
+    assert 0.001 < parameters["found"]["noise"] < 0.005
 
 
 @both_rigs
@@ -321,8 +324,8 @@ def test_the_calibration_is_reported_with_the_settings() -> None:
 def test_the_range_scale_compensates_the_air_temperature(rig: str, temperature: float, scale: float) -> None:
     # The module assumes the speed of sound at 20 degrees.
     found = mapped(rig, simulated(rig, temperature=temperature))
-    told = json.loads(json.dumps(found.parameters))
-    assert told["found"]["range_scale"]["value"] == pytest.approx(scale, abs=0.003)
+    parameters = json.loads(json.dumps(found.parameters))
+    assert parameters["found"]["range_scale"]["value"] == pytest.approx(scale, abs=0.003)
     assert_square(found, within=WITHIN[rig])
 
 
@@ -406,12 +409,12 @@ def test_walls_detected_again_close_the_loop() -> None:
     # Four walls of the room and four sides of the block, without duplicates.
     assert len(found.walls) == 8
     # Drifting poses do not determine the range scale, which keeps its prior.
-    told: Any = found.parameters["found"]
-    assert told["range_scale"] == {"value": pytest.approx(0.0, abs=1e-6), "sigma": 0.002, "prior_sigma": 0.002}
+    learned: Any = found.parameters["found"]
+    assert learned["range_scale"] == {"value": pytest.approx(0.0, abs=1e-6), "sigma": 0.002, "prior_sigma": 0.002}
 
 
 @pytest.mark.parametrize(
-    ("told", "farther"),
+    ("specified", "farther"),
     [
         (Odometry(along=0.03), False),
         (Odometry(along=0.003, lateral=0.002, yaw_per_metre=np.radians(0.3), yaw_per_radian=0.0), True),
@@ -420,10 +423,10 @@ def test_walls_detected_again_close_the_loop() -> None:
 )
 @pytest.mark.parametrize("stations", [24, 7], ids=["at once", "as they come"])
 def test_a_rig_that_understates_its_odometry_noise_does_not_distort_the_map(
-    told: Odometry, *, farther: bool, stations: int
+    specified: Odometry, *, farther: bool, stations: int
 ) -> None:
     drive, window = around_a_block(), WindowSettings(stations=stations, stride=2)
-    mapper = JointMapper(replace(drive.rig, odometry=told), JointSettings(window=window))
+    mapper = JointMapper(replace(drive.rig, odometry=specified), JointSettings(window=window))
     found = map_sweeps(mapper, tuple(drive))
     assert np.hypot(*(found.poses - drive.truth.poses)[:, :2].T).max() < 0.01
     assert len(found.walls) == 8

@@ -187,8 +187,8 @@ def test_with_fixed_poses_the_covariance_corrects_the_weights_of_the_readings() 
     assert solution.information_inflation == trusted.information_inflation() > 1.0
     features = slice(0, solution.layout.sonar)
     plain = np.diag(np.linalg.inv(solution.information))[features]
-    told = replace(solution, offset_sigma=0.0, model_error=0.0)
-    assert np.all(np.diag(told.covariance)[features] < plain)
+    without_floor = replace(solution, offset_sigma=0.0, model_error=0.0)
+    assert np.all(np.diag(without_floor.covariance)[features] < plain)
     moved = trusted
     moved = replace(moved, pose_prior=moved.odometry())
     assert moved.information_inflation() == 1.0
@@ -210,21 +210,21 @@ def test_heading_factors_are_part_of_the_marginal_prior(monkeypatch: pytest.Monk
         by_hand.with_manhattan_prior(ManhattanPrior(walls, np.radians(1.0), along_axes=True)), has_heading_factors=True
     )
     by_hand = replace(by_hand, pose_prior=waypoint_prior(by_hand.measured_poses, by_hand.settings.pose_errors))
-    told = marginalise(by_hand, 7).summary.information
+    information = marginalise(by_hand, 7).summary.information
     monkeypatch.setattr("echoplan.joint.marginalisation.heading_factors", lambda *_: prior([], sigma=[], residual=[]))
     less = marginalise(by_hand, 7).summary.information
     # The angle of the first wall is the first variable.
-    assert told[0, 0] > 1.001 * less[0, 0]
+    assert information[0, 0] > 1.001 * less[0, 0]
 
 
 def test_distrust_of_the_odometry_specification_is_kept() -> None:
     first = estimate(0, 7)
     assert marginalise(first, 3).trusts_specified_odometry
     first = replace(first, trusts_specified_odometry=False)
-    told = replace(RIG, odometry=Odometry(along=0.001))
+    specified = replace(RIG, odometry=Odometry(along=0.001))
     believing, doubting = MarginalPrior(), marginalise(first, 3)
     odometry_noise = [
-        initial_estimate(told, first.recorded, first.measured_poses, first.settings, marginal_prior).odometry_noise
+        initial_estimate(specified, first.recorded, first.measured_poses, first.settings, marginal_prior).odometry_noise
         for marginal_prior in (believing, doubting)
     ]
-    assert odometry_noise == [told.odometry, None]
+    assert odometry_noise == [specified.odometry, None]

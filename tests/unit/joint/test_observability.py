@@ -100,8 +100,8 @@ def test_covariances_of_sweeps_agree_with_simulated_errors() -> None:
     poses = np.array([[1.0, 2.0, 0.3], [1.3, 2.4, 0.5], [0.0, 0.0, 0.0]])
     step = compose(invert(poses[0]), poses[1])
     drawn = compose(poses[0] + rng.multivariate_normal(np.zeros(3), station, 20_000), step)
-    told = carried_covariances(np.array([station, station]), SWEEPS, poses)[1]
-    assert np.cov(drawn.T) == pytest.approx(told, rel=0.05, abs=1e-5)
+    covariance = carried_covariances(np.array([station, station]), SWEEPS, poses)[1]
+    assert np.cov(drawn.T) == pytest.approx(covariance, rel=0.05, abs=1e-5)
 
 
 def test_fixed_poses_have_no_covariances() -> None:
@@ -111,9 +111,9 @@ def test_fixed_poses_have_no_covariances() -> None:
 def test_an_undetermined_run_is_reported_by_sweep_numbers() -> None:
     stations = Stations(np.array([0, 0, 1, 2, 2, 3]), np.zeros((4, 3)))
     (found,) = undetermined_runs(covariances_of(corridor(0.0)), ALONE)
-    told = found.at_sweeps(stations, np.array([3, 4, 5, 7, 8, 9]))
-    assert (told["first"], told["last"]) == (5, 9)
-    assert told["along"] == found.along
+    direction = found.at_sweeps(stations, np.array([3, 4, 5, 7, 8, 9]))
+    assert (direction["first"], direction["last"]) == (5, 9)
+    assert direction["along"] == found.along
 
 
 def solution(kinds: list[Kind], information: FloatArray) -> Solution:

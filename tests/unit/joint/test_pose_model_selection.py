@@ -202,40 +202,40 @@ def test_inconsistent_poses_in_whole_centimetres_are_always_corrected(monkeypatc
     )
 
 
-@pytest.mark.parametrize("torn", [True, False])
-def test_independent_pose_errors_exclude_odometry(monkeypatch: pytest.MonkeyPatch, *, torn: bool) -> None:
+@pytest.mark.parametrize("duplicated", [True, False])
+def test_independent_pose_errors_exclude_odometry(monkeypatch: pytest.MonkeyPatch, *, duplicated: bool) -> None:
     others: dict[str, Any] = {
         "log_odds_absolute_vs_odometry": lambda measured_poses, poses: 9.0,
-        "has_duplicated_walls": lambda estimate: torn,
+        "has_duplicated_walls": lambda estimate: duplicated,
     }
     found = selected(monkeypatch, agree={PoseModel.ODOMETRY}, log_evidence_without_bias=STEPS_FIRST, others=others)
     assert found.pose_model is PoseModel.ABSOLUTE
 
 
-@pytest.mark.parametrize("torn", [True, False])
+@pytest.mark.parametrize("duplicated", [True, False])
 @pytest.mark.parametrize(("errors", "expected"), [(-12.0, PoseModel.ODOMETRY), (-8.0, PoseModel.ABSOLUTE)])
 def test_accumulating_pose_errors_exclude_waypoints_unless_the_echoes_outweigh_them(
-    monkeypatch: pytest.MonkeyPatch, errors: float, expected: PoseModel, *, torn: bool
+    monkeypatch: pytest.MonkeyPatch, errors: float, expected: PoseModel, *, duplicated: bool
 ) -> None:
     # The log evidence of absolute poses is 10 nats greater than that of odometry.
     others: dict[str, Any] = {
         "log_odds_absolute_vs_odometry": lambda measured_poses, poses: errors,
-        "has_duplicated_walls": lambda estimate: torn,
+        "has_duplicated_walls": lambda estimate: duplicated,
     }
     found = selected(monkeypatch, agree={PoseModel.ODOMETRY}, log_evidence_without_bias=HAND_FIRST, others=others)
     assert found.pose_model is expected
 
 
-@pytest.mark.parametrize("torn", [True, False])
+@pytest.mark.parametrize("duplicated", [True, False])
 @pytest.mark.parametrize(("errors", "round_", "expected"), [(-50, False, 0), (-30, False, 1), (-50, True, 1)])
 def test_absolute_poses_are_not_tried_if_errors_clearly_accumulate(
-    monkeypatch: pytest.MonkeyPatch, errors: float, expected: int, *, torn: bool, round_: bool
+    monkeypatch: pytest.MonkeyPatch, errors: float, expected: int, *, duplicated: bool, round_: bool
 ) -> None:
     thought = list[Any]()
     others: dict[str, Any] = {
         "log_odds_absolute_vs_odometry": lambda measured_poses, poses: errors,
         "are_quantised": lambda measured_poses: round_,
-        "has_duplicated_walls": lambda estimate: torn,
+        "has_duplicated_walls": lambda estimate: duplicated,
         "place": recording_step(thought),
     }
     found = selected(monkeypatch, agree={PoseModel.ODOMETRY}, log_evidence_without_bias=STEPS_FIRST, others=others)

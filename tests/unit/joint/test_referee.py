@@ -97,12 +97,12 @@ def pose_factor_error(k: int) -> Any:
         poses = np.array([values.atVector(100 + each) for each in ([0] if k == 0 else [k - 1, k])])
         if k == 0:
             return with_numeric_jacobian(lambda own: own[0] - PRIORS.measured_poses[0], poses, jacobians)
-        told = compose(invert(PRIORS.measured_poses[k - 1]), PRIORS.measured_poses[k])
+        measured = compose(invert(PRIORS.measured_poses[k - 1]), PRIORS.measured_poses[k])
         # Along and across the direction of travel, whatever the heading.
-        x, y = told[:2] / np.hypot(told[0], told[1])
+        x, y = measured[:2] / np.hypot(measured[0], measured[1])
         axes = np.array([[x, y, 0.0], [-y, x, 0.0], [0.0, 0.0, 1.0]])
         return with_numeric_jacobian(
-            lambda both: axes @ wrapped(compose(invert(both[0]), both[1]) - told), poses, jacobians
+            lambda both: axes @ wrapped(compose(invert(both[0]), both[1]) - measured), poses, jacobians
         )
 
     return error

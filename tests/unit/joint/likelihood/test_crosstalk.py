@@ -130,21 +130,21 @@ def test_the_most_likely_burst_explains_a_reading() -> None:
 
 
 def test_restricting_crosstalk_to_possible_sources_loses_nothing() -> None:
-    rng, told = np.random.default_rng(4), PLAIN.tabulated()
+    rng, tables = np.random.default_rng(4), PLAIN.tabulated()
     scene = listening(step=np.radians(0.5))
     count = len(scene.readings) // len(scene.centers)
     # The other sensor of each ping is at the same station and points 5 degrees aside.
     crosstalk_sources = scene.stations * count + (np.arange(len(scene.readings)) + 10) % count
-    heard_ = scene._replace(
+    measured = scene._replace(
         readings=rng.uniform(0.3, 3.9, len(crosstalk_sources)),
         crosstalk_sources=crosstalk_sources[:, None],
         crosstalk_delays=np.zeros((len(crosstalk_sources), 1)),
     )
-    emissions = emissions_of(heard_, told)
+    emissions = emissions_of(measured, tables)
     everywhere = emissions._replace(spread=np.full(len(emissions.spread), np.inf))
     for walls in ((EAST, EAST), (wall(np.pi / 2, 0.8), EAST)):
         here, there = (
-            crosstalk_log_densities((heard_, told, each), walls, (ENDLESS, ENDLESS), 0.02)
+            crosstalk_log_densities((measured, tables, each), walls, (ENDLESS, ENDLESS), 0.02)
             for each in (emissions, everywhere)
         )
         assert (here > NO_ECHO).sum() > 5
@@ -158,10 +158,10 @@ def test_bursts_out_of_range_are_left_out() -> None:
 
 
 def test_adding_crosstalk_keeps_better_explanations() -> None:
-    measurements, told = one_ping((0.0, 0.0), 0.2, mate=(0.0, -0.4), mate_bearing=0.1), PLAIN.tabulated()
-    emissions, ends = emissions_of(measurements, told), (ENDLESS, ENDLESS)
-    alone = crosstalk_log_densities((measurements, told, emissions), (EAST, EAST), ends, NOISE)
+    measurements, tables = one_ping((0.0, 0.0), 0.2, mate=(0.0, -0.4), mate_bearing=0.1), PLAIN.tabulated()
+    emissions, ends = emissions_of(measurements, tables), (ENDLESS, ENDLESS)
+    alone = crosstalk_log_densities((measurements, tables, emissions), (EAST, EAST), ends, NOISE)
     known = np.where(np.arange(len(alone)) % 2, 0.0, NO_ECHO)
-    add_crosstalk(log_densities := known.copy(), (measurements, told, emissions), (EAST, EAST), ends, NOISE)
+    add_crosstalk(log_densities := known.copy(), (measurements, tables, emissions), (EAST, EAST), ends, NOISE)
     assert alone.max() > 0.0
     assert log_densities.tolist() == np.maximum(alone, known).tolist()

@@ -173,9 +173,9 @@ def test_a_cylinder_explains_pings_from_everywhere(room: PingLikelihood, post: H
 def test_multipath_is_that_of_each_pair_of_walls_and_each_cylinder() -> None:
     room = likelihood(pings_of(listening(), [*ROOM, corner(2.0, 1.5)]))
     # The post is between the robot and a wall, as a sensor detects nothing behind it.
-    told, walls, post = (room.measurements, room.tables), rescored(room, ROOM), feature(cylinder(-1.2, -0.6, 0.1))
+    scene, walls, post = (room.measurements, room.tables), rescored(room, ROOM), feature(cylinder(-1.2, -0.6, 0.1))
     pairs = [room.pair_log_densities(one, other) for one, other in itertools.combinations(walls, 2)]
-    posts = [ghosts_of_cylinder(told, each.reflector, post.reflector, NOISE) for each in walls]
+    posts = [ghosts_of_cylinder(scene, each.reflector, post.reflector, NOISE) for each in walls]
     expected = np.max([*pairs, *posts], axis=0)
     assert room.multipath_log_densities([post, *walls]) == pytest.approx(expected)
     assert all(each.max() > NO_ECHO for each in (np.array(pairs), np.array(posts)))
@@ -215,16 +215,19 @@ def test_leaving_one_landmark_out_equals_using_all_others(
 @pytest.mark.parametrize(("what", "again"), [("moved", 0), ("warmer", 1), ("fainter", 1), ("others", 1)])
 def test_crosstalk_sources_are_computed_again_only_if_they_change(room: PingLikelihood, what: str, again: int) -> None:
     # The travel of bursts does not depend on the poses.
-    told, sonar = room.measurements, SONAR
+    measurements, sonar = room.measurements, SONAR
     sonars = {
         "warmer": replace(sonar, range_scale=sonar.range_scale + 0.01),
         "fainter": replace(sonar, figure_of_merit=sonar.figure_of_merit - 3.0),
     }
-    heard_ = {"moved": told._replace(x=told.x + 0.1), "others": told._replace(readings=told.readings.copy())}
-    first = likelihood(told)
+    changed = {
+        "moved": measurements._replace(x=measurements.x + 0.1),
+        "others": measurements._replace(readings=measurements.readings.copy()),
+    }
+    first = likelihood(measurements)
     walls = rescored(first, ROOM)
     first.multipath_log_densities(walls)
-    later = PingLikelihood(heard_.get(what, told), sonars.get(what, sonar).tabulated(), NOISE, before=first)
+    later = PingLikelihood(changed.get(what, measurements), sonars.get(what, sonar).tabulated(), NOISE, before=first)
     afresh = PingLikelihood(later.measurements, later.tables, NOISE).multipath_log_densities(walls)
     with patch.object(multipath, "emissions_of", wraps=emissions_of) as listed:
         assert later.multipath_log_densities(walls).tolist() == afresh.tolist()

@@ -84,14 +84,14 @@ def expected(pings: Measurements, rows: FloatArray) -> tuple[Association, FloatA
 def test_the_jacobian_of_readings_near_an_edge_equals_finite_differences() -> None:
     rows, pings, step = np.array([wall(0.02, 1.0), wall(np.pi / 2 + 0.05, 1.01)]), beside(1.06), 1e-6
     matched, _ = expected(pings, rows)
-    told = np.flatnonzero((matched.owners == 0) & (matched.excesses > 1.0))
+    explained = np.flatnonzero((matched.owners == 0) & (matched.excesses > 1.0))
     walk = (SONAR.range_offset, SONAR.walk_gain, SONAR.reference_walk, SONAR.walk_exponent)
-    jacobian, neighbours = range_jacobian(pings, SONAR.tabulated(), box(rows, 1), matched, told, walk)
+    jacobian, neighbours = range_jacobian(pings, SONAR.tabulated(), box(rows, 1), matched, explained, walk)
     ended = neighbours == 1
     assert ended.sum() > 10
     # Echoes around the edge do not come from the perpendicular exactly, so the derivatives are not exact there.
-    seen = told[ended & (directions_along(pings, rows)[told] > 1.0)]
-    kept = np.isin(told, seen)
+    seen = explained[ended & (directions_along(pings, rows)[explained] > 1.0)]
+    kept = np.isin(explained, seen)
     assert kept.sum() > 5
     for column, (number, parameter) in {0: (0, 1), 1: (0, 2), 3: (1, 1), 4: (1, 2)}.items():
         ahead, behind = rows.copy(), rows.copy()

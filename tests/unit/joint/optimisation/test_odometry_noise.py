@@ -76,9 +76,9 @@ def solution(priors: PosePrior, truth: FloatArray, *, sigma_factor: float = 1.0)
     """Return estimated poses and their covariance, with a factor on the sigma of the readings."""
     sigmas = np.tile(READING_NOISE * priors.sigmas[-1], len(truth))
     found = truth
-    told = truth.ravel() + sigmas * np.random.default_rng(1).standard_normal(truth.size)
+    measured = truth.ravel() + sigmas * np.random.default_rng(1).standard_normal(truth.size)
     for _ in range(5):
-        held = prior(np.arange(truth.size), sigma=sigma_factor * sigmas, residual=told - found.ravel())
+        held = prior(np.arange(truth.size), sigma=sigma_factor * sigmas, residual=measured - found.ravel())
         information, right = normal_equations([pose_factors(priors, found, 0), held], truth.size)
         found = found + np.linalg.solve(information, right).reshape(-1, 3)
     covariance: FloatArray = np.linalg.inv(information).astype(np.float64)

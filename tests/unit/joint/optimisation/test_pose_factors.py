@@ -50,11 +50,11 @@ def test_a_greater_turn_has_a_greater_heading_sigma() -> None:
 
 
 def test_specified_odometry_noise_is_a_random_walk() -> None:
-    told = Odometry(along=0.02, lateral=0.01, yaw_per_metre=0.03, yaw_per_radian=0.04)
-    one = odometry_prior(np.array([[0.0, 0, 0], [4.0, 0, 1.0]]), SETTINGS, told)
+    specified = Odometry(along=0.02, lateral=0.01, yaw_per_metre=0.03, yaw_per_radian=0.04)
+    one = odometry_prior(np.array([[0.0, 0, 0], [4.0, 0, 1.0]]), SETTINGS, specified)
     assert one.sigmas[1] == pytest.approx([0.04, 0.02, np.sqrt(0.03**2 * 4 + 0.04**2)], rel=0.01)
     assert one.specified
-    many = odometry_prior(np.linspace([0.0, 0, 0], [4.0, 0, 1.0], 11), SETTINGS, told)
+    many = odometry_prior(np.linspace([0.0, 0, 0], [4.0, 0, 1.0], 11), SETTINGS, specified)
     assert np.sqrt((many.sigmas[1:] ** 2).sum(axis=0)) == pytest.approx(one.sigmas[1], rel=0.03)
 
 
@@ -78,11 +78,11 @@ def test_without_specification_the_noise_is_a_default() -> None:
 
 def test_missing_odometry_values_are_defaults_and_zeros_are_kept() -> None:
     guessed = odometry_prior(WAY, SETTINGS).sigmas[1:]
-    told = odometry_prior(WAY, SETTINGS, Odometry(along=0.3, lateral=0.0)).sigmas[1:]
+    sigmas = odometry_prior(WAY, SETTINGS, Odometry(along=0.3, lateral=0.0)).sigmas[1:]
     length = np.hypot(*np.diff(WAY[:, :2], axis=0).T)
-    assert told[:, 0] == pytest.approx(0.3 * np.sqrt(length), rel=0.01)
-    assert told[:, 1].max() < 0.001
-    assert told[:, 2] == pytest.approx(guessed[:, 2], rel=0.01)
+    assert sigmas[:, 0] == pytest.approx(0.3 * np.sqrt(length), rel=0.01)
+    assert sigmas[:, 1].max() < 0.001
+    assert sigmas[:, 2] == pytest.approx(guessed[:, 2], rel=0.01)
     turning = odometry_prior(WAY, SETTINGS, Odometry(yaw_per_metre=0.0)).sigmas[1:]
     assert turning[:, :2] == pytest.approx(guessed[:, :2], rel=0.02)
     floor = np.hypot(SETTINGS.yaw_per_radian * np.abs(wrap(np.diff(WAY[:, 2]))), SETTINGS.min_yaw_sigma)

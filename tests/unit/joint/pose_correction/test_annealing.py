@@ -48,9 +48,9 @@ def test_waypoints_are_refined_along_the_axes_if_walls_rest_on_few_stations(
     priors = Estimate.priors
 
     def noted(self: Estimate, noise: float, poses: PosePrior | None) -> Priors:
-        told = priors(self, noise, poses)
-        manhattan_priors.append(told.manhattan_prior)
-        return told
+        given = priors(self, noise, poses)
+        manhattan_priors.append(given.manhattan_prior)
+        return given
 
     monkeypatch.setattr(Estimate, "priors", noted)
     monkeypatch.setattr(annealing, "rest_on_few_stations", lambda *_: few)
@@ -91,9 +91,9 @@ def test_annealing_adds_heading_factors_after_the_beam_is_calibrated(
     priors = Estimate.priors
 
     def noted(self: Estimate, noise: float, poses: PosePrior | None) -> Priors:
-        told = priors(self, noise, poses)
-        asked.append((told.bearings, noise))
-        return told
+        given = priors(self, noise, poses)
+        asked.append((given.bearings, noise))
+        return given
 
     monkeypatch.setattr(Estimate, "priors", noted)
     estimate = anneal(

@@ -166,18 +166,18 @@ def with_consistent_echoes(estimate: Estimate) -> Estimate:
 
 
 def test_a_wall_duplicated_by_drift_is_inconsistent_and_a_bent_wall_is_not() -> None:
-    torn, bent = trusted(odometry=LOST), trusted(odometry=None, bent=True)
-    assert is_inconsistent(torn)
+    drifting, bent = trusted(odometry=LOST), trusted(odometry=None, bent=True)
+    assert is_inconsistent(drifting)
     assert not is_inconsistent(bent)
     # The low inlier ratio of the drive would be enough to make it inconsistent.
-    torn, bent = with_consistent_echoes(torn), with_consistent_echoes(bent)
-    for estimate in (torn, bent):
+    drifting, bent = with_consistent_echoes(drifting), with_consistent_echoes(bent)
+    for estimate in (drifting, bent):
         assert agrees(estimate)
         assert duplicate_pairs(estimate.features, estimate.settings.duplicates)
-    assert stations_disagree(torn)
+    assert stations_disagree(drifting)
     assert not stations_disagree(bent)
-    torn = replace(torn, features=without_duplicates(torn.features, torn.settings.duplicates))
-    assert not stations_disagree(torn)
+    drifting = replace(drifting, features=without_duplicates(drifting.features, drifting.settings.duplicates))
+    assert not stations_disagree(drifting)
 
 
 def test_crossing_walls_are_inconsistent() -> None:
@@ -241,8 +241,8 @@ def test_errors_of_ten_times_the_specified_odometry_noise_contradict_it() -> Non
     estimate = corrected()
     assert not contradicts_odometry(estimate)
     detected, measured_poses = drive(odometry=LOST, bent=False)
-    told = Odometry(along=0.003, lateral=0.0, yaw_per_metre=np.radians(0.3), yaw_per_radian=0.0)
-    sure = initial_estimate(replace(RIG, odometry=told), detected, measured_poses, EstimateSettings())
+    specified = Odometry(along=0.003, lateral=0.0, yaw_per_metre=np.radians(0.3), yaw_per_radian=0.0)
+    sure = initial_estimate(replace(RIG, odometry=specified), detected, measured_poses, EstimateSettings())
     sure = replace(sure, poses=estimate.poses, pose_prior=sure.odometry())
     assert contradicts_odometry(sure)
     assert not contradicts_odometry(trusted(odometry=None))

@@ -42,9 +42,9 @@ def misplaced_estimate(seed: int) -> Estimate:
     rig = builtin_rig("rotary-array")
     sweeps = Simulation(world=builtin_world("square"), rig=rig, route=Route(map_from_base=WAY), seed=3)
     off = np.random.default_rng(seed).normal(0.0, (0.03, 0.03, 0.25), WAY.shape)
-    told = [replace(sweep, map_from_base=sweep.map_from_base + by) for sweep, by in zip(sweeps, off, strict=True)]
-    detected = join_measurements([measurements_of(sweep, rig) for sweep in told])
-    return initial_estimate(rig, detected, np.array([sweep.station for sweep in told]), EstimateSettings())
+    measured = [replace(sweep, map_from_base=sweep.map_from_base + by) for sweep, by in zip(sweeps, off, strict=True)]
+    detected = join_measurements([measurements_of(sweep, rig) for sweep in measured])
+    return initial_estimate(rig, detected, np.array([sweep.station for sweep in measured]), EstimateSettings())
 
 
 def errors(poses: FloatArray) -> tuple[float, float]:
@@ -86,8 +86,8 @@ def test_each_place_is_the_nearest_remaining_one(places: list[tuple[float, float
 
 
 def test_one_neighbour_predicts_a_station_with_the_error_of_its_heading() -> None:
-    told, frame = np.array([[1.0, 0.0, 0.3]]), np.array([2.0, -1.0, 0.7])
-    pose, sigmas = seen_from_others(np.array([4.0, 4.0, 1.0]), told, compose(frame, told), SETTINGS)
+    waypoints, frame = np.array([[1.0, 0.0, 0.3]]), np.array([2.0, -1.0, 0.7])
+    pose, sigmas = seen_from_others(np.array([4.0, 4.0, 1.0]), waypoints, compose(frame, waypoints), SETTINGS)
     assert pose == pytest.approx(compose(frame, np.array([4.0, 4.0, 1.0])))
     assert sigmas[:2] == pytest.approx(
         np.hypot(SETTINGS.absolute_xy_sigma * np.sqrt(2.0), 5.0 * SETTINGS.absolute_yaw_sigma)
@@ -96,9 +96,9 @@ def test_one_neighbour_predicts_a_station_with_the_error_of_its_heading() -> Non
 
 
 def test_more_neighbours_reduce_the_sigmas_of_the_prediction() -> None:
-    told, frame = np.column_stack([np.arange(6.0), np.zeros(6), np.zeros(6)]), np.array([2.0, -1.0, 0.7])
-    found, sought = compose(frame, told), np.array([6.0, 0.0, 0.0])
-    sigmas = [seen_from_others(sought, told[:count], found[:count], SETTINGS)[1] for count in range(1, 7)]
+    waypoints, frame = np.column_stack([np.arange(6.0), np.zeros(6), np.zeros(6)]), np.array([2.0, -1.0, 0.7])
+    found, sought = compose(frame, waypoints), np.array([6.0, 0.0, 0.0])
+    sigmas = [seen_from_others(sought, waypoints[:count], found[:count], SETTINGS)[1] for count in range(1, 7)]
     assert (np.diff(sigmas, axis=0) < 0.0).all()
     # The sigma that remains is that of the station itself and of the rotation of the frame.
     assert sigmas[-1][0] < 2.0 * SETTINGS.absolute_xy_sigma
@@ -106,11 +106,11 @@ def test_more_neighbours_reduce_the_sigmas_of_the_prediction() -> None:
 
 def test_the_sigmas_of_the_prediction_agree_with_simulated_errors() -> None:
     rng, sought, off = np.random.default_rng(5), np.array([3.0, 1.0, 0.4]), []
-    told = np.column_stack([rng.uniform(0.0, 3.0, (4, 2)), rng.uniform(-3.0, 3.0, 4)])
+    waypoints = np.column_stack([rng.uniform(0.0, 3.0, (4, 2)), rng.uniform(-3.0, 3.0, 4)])
     spread = (SETTINGS.absolute_xy_sigma, SETTINGS.absolute_xy_sigma, SETTINGS.absolute_yaw_sigma)
     for _ in range(2000):
-        measured_poses = np.vstack([told, sought]) + rng.normal(0.0, spread, (5, 3))
-        pose, sigmas = seen_from_others(measured_poses[-1], measured_poses[:-1], told, SETTINGS)
+        measured_poses = np.vstack([waypoints, sought]) + rng.normal(0.0, spread, (5, 3))
+        pose, sigmas = seen_from_others(measured_poses[-1], measured_poses[:-1], waypoints, SETTINGS)
         away = pose - sought
         away[2] = wrap(away[2])
         off.append(away / sigmas)
