@@ -25,8 +25,8 @@ _STEP = 0.5
 _AGREE = EstimateSettings().min_inlier_ratio
 # Number of windows of a long recording over which the share is averaged: each takes as long as mapping it.
 _WINDOWS = 5
-# Thresholds of doubtful and of failed maps: share of the echoes that landmarks explain, and that landmarks explain which
-# two stations detect. Chosen on seeds from 1000 of benchmarks/verdicts.py: there the second share is at most 0.57 with
+# Thresholds of doubtful and of failed maps: share of echoes that landmarks explain, and share that those explain which
+# two stations detect. Chosen on seeds from 1000 of benchmarks/verdicts.py, where the second one is at most 0.57 with
 # wrong conventions, and above 0.8 in nearly all maps of correct recordings.
 _GOOD, _FAILED = 0.8, 0.6
 _CONFIRMED, _LONE = 0.7, 0.25
