@@ -81,7 +81,7 @@ class Consistency(NamedTuple):
 
     @property
     def has_unexplained_sensor(self) -> bool:
-        """Whether less than half of the echoes of the strangest sensor are explained."""
+        """Whether most echoes of the strangest sensor are unexplained, so that it may look the other way."""
         return self.of_sensor(self.strangest).share < 0.5
 
     @property

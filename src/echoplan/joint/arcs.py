@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,7 +14,6 @@ from echoplan.extraction.runs import connected_runs
 from echoplan.geometry import circular_mean, rotation_step, wrap
 from echoplan.kernels import median_of
 from echoplan.preprocessing.measurements import Measurements
-from echoplan.settings import Settings
 
 __all__ = ["Arc", "ArcSettings", "arc_planes", "find_arcs"]
 
@@ -27,19 +26,19 @@ _FAINT, _FAR = -2.0, 0.03
 _WALL = int(Kind.WALL)
 
 
-class ArcSettings(Settings):
+class ArcSettings(NamedTuple):
     """Thresholds that link neighbouring readings to arcs; arcs propose landmarks, the pings score them."""
 
     # Largest difference between neighbouring readings of an arc where pings are dense [m].
-    jump: ClassVar[float] = 0.018
+    jump: float = 0.018
     # Largest difference between neighbouring readings of an arc where pings are 3 degrees apart or more [m].
-    coarse_jump: ClassVar[float] = 0.03
+    coarse_jump: float = 0.03
     # Smallest value of both, in steps of the readings.
-    resolutions: ClassVar[float] = 2.2
+    resolutions: float = 2.2
     # Largest gap in an arc, in steps of rotation.
-    max_gap: ClassVar[float] = 4.5
+    max_gap: float = 4.5
     # Number of neighbours with which a ping may be linked.
-    reach: ClassVar[int] = 5
+    reach: int = 5
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

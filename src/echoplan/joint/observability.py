@@ -1,7 +1,7 @@
 """Observability: covariances of estimated poses, and directions in which only odometry determines them."""
 
 from dataclasses import asdict, dataclass
-from typing import ClassVar
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,7 +11,6 @@ from echoplan.geometry import wrap
 from echoplan.joint.optimisation.pose_factors import PosePrior, between_jacobians
 from echoplan.joint.optimisation.solution import Solution
 from echoplan.preprocessing.stations import Stations
-from echoplan.settings import Settings
 
 __all__ = [
     "ObservabilitySettings",
@@ -24,17 +23,15 @@ __all__ = [
 ]
 
 
-class ObservabilitySettings(Settings):
+class ObservabilitySettings(NamedTuple):
     """Criteria for poses that are determined by odometry only."""
 
-    former_keys: ClassVar = {"unfixed": "max_sigma_ratio", "elongated": "min_axis_ratio", "least": "min_sigma"}
-
     # Largest ratio of a standard deviation to that of odometry alone at which echoes determine a pose.
-    max_sigma_ratio: ClassVar[float] = 1 / 3
+    max_sigma_ratio: float = 1 / 3
     # Smallest ratio of the axes of an error ellipse of a pose that is undetermined along one direction.
-    min_axis_ratio: ClassVar[float] = 2.0
+    min_axis_ratio: float = 2.0
     # Smallest standard deviation of an undetermined pose that is reported [m].
-    min_sigma: ClassVar[float] = 0.01
+    min_sigma: float = 0.01
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

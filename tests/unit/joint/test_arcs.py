@@ -1,4 +1,5 @@
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -7,16 +8,15 @@ from echoplan.arrays import BoolArray, FloatArray
 from echoplan.geometry import wrap
 from echoplan.joint.arcs import Arc, ArcSettings, arc_planes, find_arcs
 from echoplan.preprocessing.measurements import Measurements
-from helpers.constants import settings_with
 from helpers.expectations import ROOM, SONAR, cylinder, expected, listening, pings_of, wall
 
 SETTINGS = ArcSettings()
 DEGREE = np.radians(1.0)
 
 
-def arcs_of(measurements: Measurements, *, resolution: float = 0.001, **settings: float) -> list[Arc]:
+def arcs_of(measurements: Measurements, *, resolution: float = 0.001, **settings: Any) -> list[Arc]:
     """Return the arcs at a resolution that is fine enough not to matter."""
-    return find_arcs(measurements, resolution=resolution, settings=settings_with(ArcSettings, **settings))
+    return find_arcs(measurements, resolution=resolution, settings=ArcSettings(**settings))
 
 
 def single_landmark(reflector: FloatArray, *, step: float = DEGREE) -> Measurements:

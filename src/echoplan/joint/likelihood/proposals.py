@@ -6,7 +6,7 @@ decide.
 """
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,34 +14,25 @@ from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.geometry import directions, wrap
 from echoplan.joint.landmarks import LANDMARKS
-from echoplan.settings import Settings
 
 __all__ = ["ArcMeasurements", "CandidateSettings", "propose_hypotheses"]
 
 
-class CandidateSettings(Settings):
+class CandidateSettings(NamedTuple):
     """Tolerances within which arcs suggest a landmark."""
 
-    former_keys: ClassVar = {
-        "wall_turn": "wall_angle_gate",
-        "point_turn": "point_angle_gate",
-        "nearest": "min_baseline",
-        "farthest": "max_baseline",
-        "most": "max_candidates",
-    }
-
     # Largest angle between the normal of an arc and that of a tangent [rad].
-    wall_angle_gate: ClassVar[float] = np.radians(10)
+    wall_angle_gate: float = np.radians(10)
     # Largest angle between the normal of an arc and the direction of a point [rad].
-    point_angle_gate: ClassVar[float] = np.radians(9)
+    point_angle_gate: float = np.radians(9)
     # Radii of proposed cylinders [m].
-    radii: ClassVar[tuple[float, ...]] = (0.04, 0.08, 0.12, 0.18, 0.26)
+    radii: tuple[float, ...] = (0.04, 0.08, 0.12, 0.18, 0.26)
     # Smallest distance between two stations whose arcs are combined [m].
-    min_baseline: ClassVar[float] = 0.05
+    min_baseline: float = 0.05
     # Largest distance between two stations whose arcs are combined [m].
-    max_baseline: ClassVar[float] = 6.0
+    max_baseline: float = 6.0
     # Largest number of proposals of one class; those that more pairs suggest are kept.
-    max_candidates: ClassVar[int] = 1500
+    max_candidates: int = 1500
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,24 +12,21 @@ from echoplan.compiled import compiled
 from echoplan.geometry import directions, intersections
 from echoplan.joint.optimisation.factors import LinearFactor
 from echoplan.joint.optimisation.layout import Layout
-from echoplan.settings import Settings
 
 __all__ = ["ConstrainedCorner", "CornerFactorSettings", "constrained_corners", "corner_factors", "crossing_jacobian"]
 
 _WALL = int(Kind.WALL)
 
 
-class CornerFactorSettings(Settings):
+class CornerFactorSettings(NamedTuple):
     """Settings of the corner factors."""
 
-    former_keys: ClassVar = {"right_angle": "right_angle_tolerance"}
-
     # Standard deviation of a corner from the intersection of its walls [m].
-    sigma: ClassVar[float] = 0.001
+    sigma: float = 0.001
     # Largest distance of a corner from the intersection of its walls [m].
-    gate: ClassVar[float] = 0.05
+    gate: float = 0.05
     # Largest deviation from 90 degrees of walls whose corner returns an echo from their vertex [rad].
-    right_angle_tolerance: ClassVar[float] = math.radians(3)
+    right_angle_tolerance: float = math.radians(3)
 
 
 class ConstrainedCorner(NamedTuple):

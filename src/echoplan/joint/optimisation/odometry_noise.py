@@ -1,7 +1,7 @@
 """Noise of odometry and waypoints, estimated from corrected poses."""
 
 import math
-from typing import ClassVar
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,7 +9,6 @@ from echoplan.arrays import FloatArray
 from echoplan.geometry import aligned, wrap
 from echoplan.joint.optimisation.pose_factors import PosePrior, between_jacobians, between_residuals
 from echoplan.joint.optimisation.variance_components import map_scale_factor
-from echoplan.settings import Settings
 
 __all__ = [
     "VERY_STRONG",
@@ -36,17 +35,15 @@ _LEAST_VARIANCE = 1e-9
 _TURNS, _REACH, _GRID = 3, 6.0, 241
 
 
-class OdometryNoiseSettings(Settings):
+class OdometryNoiseSettings(NamedTuple):
     """Settings of the estimated noise of odometry and waypoints."""
 
-    former_keys: ClassVar = {"spread": "log_sigma", "least": "min_factor", "greatest": "max_factor"}
-
     # Standard deviation of the logarithm of the factor of the odometry noise: two of them are a factor of ten.
-    log_sigma: ClassVar[float] = 0.5 * math.log(10.0)
+    log_sigma: float = 0.5 * math.log(10.0)
     # Smallest factor by which the noise of waypoints is scaled.
-    min_factor: ClassVar[float] = 0.1
+    min_factor: float = 0.1
     # Largest factor by which the noise of waypoints is scaled.
-    max_factor: ClassVar[float] = 10.0
+    max_factor: float = 10.0
 
 
 def estimate_odometry_noise(

@@ -12,20 +12,13 @@ __all__ = ["DuplicateSettings", "are_duplicates", "cross", "duplicate_pairs", "w
 
 
 class DuplicateSettings(NamedTuple):
-    """Greatest differences of two duplicates of a wall.
+    """Greatest differences of two duplicates of a wall."""
 
-    Attributes
-    ----------
-    angle_gate : float
-        Angle between them [rad].
-    normal_distance_gate : float
-        Distance between their lines, at the middle of either [m].
-    gap_gate : float
-        Gap between their ends [m].
-    """
-
+    # Angle between them [rad].
     angle_gate: float = math.radians(12)
+    # Distance between their lines, at the middle of either [m].
     normal_distance_gate: float = 0.08
+    # Gap between their ends [m].
     gap_gate: float = 0.3
 
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,7 +14,6 @@ from echoplan.joint.arcs import Arc, arc_planes
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.search.refinement import refine
 from echoplan.preprocessing.measurements import Measurements
-from echoplan.settings import Settings
 
 __all__ = ["LandmarkMap", "LocalScan", "LocalisationSettings", "best_score", "local_scans", "locate"]
 
@@ -29,30 +28,23 @@ _LEAST_TURN = math.radians(0.7)
 _MOST_TURNS = 256
 
 
-class LocalisationSettings(Settings):
+class LocalisationSettings(NamedTuple):
     """Search for a pose by scan matching."""
 
-    former_keys: ClassVar = {
-        "deviations": "search_sigmas",
-        "astray": "slip_inflation",
-        "refinements": "levels",
-        "stray": "outlier_likelihood",
-    }
-
     # Half width of the search for a pose, in standard deviations of odometry.
-    search_sigmas: ClassVar[float] = 3.0
+    search_sigmas: float = 3.0
     # Factor by which the search is wider where the wheels may have slipped.
-    slip_inflation: ClassVar[float] = 2.0
+    slip_inflation: float = 2.0
     # Number of grid steps to either side in each direction; far turns take more.
-    steps: ClassVar[int] = 7
+    steps: int = 7
     # Standard deviation of the depth of an arc at the coarsest level [m].
-    depth_sigma: ClassVar[float] = 0.025
+    depth_sigma: float = 0.025
     # Standard deviation of the normal of an arc at the coarsest level [rad].
-    normal_sigma: ClassVar[float] = np.radians(2.0)
+    normal_sigma: float = np.radians(2.0)
     # Number of finer levels of the grid; each after the first halves the step.
-    levels: ClassVar[int] = 3
+    levels: int = 3
     # Likelihood of an arc that no landmark explains, relative to a perfect match.
-    outlier_likelihood: ClassVar[float] = 0.05
+    outlier_likelihood: float = 0.05
 
 
 class LocalScan(NamedTuple):

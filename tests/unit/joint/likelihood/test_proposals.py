@@ -1,3 +1,5 @@
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -5,7 +7,6 @@ from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions, wrap
 from echoplan.joint.likelihood.proposals import ArcMeasurements, CandidateSettings, propose_hypotheses
-from helpers.constants import settings_with
 from helpers.expectations import corner, cylinder, wall
 
 SETTINGS = CandidateSettings()
@@ -28,10 +29,10 @@ def simulated_arcs(
     return ArcMeasurements(stations=table[:, 0].astype(int), centers=table[:, 1:3], planes=table[:, 3:])
 
 
-def proposals(arc_measurements: ArcMeasurements, *, fresh: list[bool] | None = None, **settings: float) -> FloatArray:
+def proposals(arc_measurements: ArcMeasurements, *, fresh: list[bool] | None = None, **settings: Any) -> FloatArray:
     """Return the proposals, by default with all arcs new."""
     new = np.ones(len(arc_measurements.stations), dtype=bool) if fresh is None else np.array(fresh)
-    return propose_hypotheses(arc_measurements, new, settings_with(CandidateSettings, **settings))
+    return propose_hypotheses(arc_measurements, new, CandidateSettings(**settings))
 
 
 def distance(candidates: FloatArray, reflector: FloatArray) -> float:
@@ -124,9 +125,7 @@ def test_points_behind_the_stations_are_not_proposed() -> None:
 
 def test_only_the_given_radii_are_tried() -> None:
     arc_measurements = simulated_arcs([cylinder(1.0, 0.5, 0.1)])
-    candidates = propose_hypotheses(
-        arc_measurements, np.ones(3, dtype=bool), settings_with(CandidateSettings, radii=(0.1, 0.3))
-    )
+    candidates = propose_hypotheses(arc_measurements, np.ones(3, dtype=bool), CandidateSettings(radii=(0.1, 0.3)))
     assert set(candidates[candidates[:, 0] == Kind.CYLINDER, 3]) <= {0.1, 0.3}
     assert distance(candidates, cylinder(1.0, 0.5, 0.1)) < 1e-6
 
