@@ -371,6 +371,13 @@ def test_every_mutant_changes_a_line_that_stands_once() -> None:
     assert not lost
 
 
+def test_every_rule_of_the_ablation_switches_something_off_that_exists() -> None:
+    rules = runpy.run_path(str(ROOT / "benchmarks" / "ablation.py"))["RULES"]
+    names = [name for changes in rules.values() for name in changes]
+    assert names
+    assert all(pkgutil.resolve_name(name) is not None for name in names)
+
+
 def test_a_new_type_of_landmark_takes_a_short_patch_of_the_modules_that_the_architecture_names() -> None:
     patch, described = ROOT / "tests" / "thin_pole.patch", (ROOT / "docs" / "architecture.md").read_text("utf-8")
     lines = patch.read_text(encoding="utf-8").splitlines()
