@@ -52,17 +52,16 @@ def test_a_long_map_is_judged_by_all_of_it() -> None:
     assert quality.reasons[0].endswith("of the echoes fit together.")
 
 
-@pytest.mark.parametrize(("gain", "degrees"), [(0.92, 0.0), (1.0, 9.0)])
-def test_a_map_for_which_the_servo_was_calibrated_is_good(gain: float, degrees: float) -> None:
-    sweeps = misaligned_sweeps(gain, degrees)
+def test_a_map_for_which_the_servo_was_calibrated_is_good() -> None:
+    sweeps = misaligned_sweeps(0.92, 9.0)
     quality = assess(map_sweeps(JointMapper(RIG), sweeps), RIG, sweeps)
     assert (quality.verdict, quality.reasons) == (Verdict.GOOD, ())
 
 
-@pytest.mark.parametrize(("gain", "degrees"), [(1.08, -4.0)])
-def test_a_servo_that_joint_calibrates_is_no_mistake(gain: float, degrees: float) -> None:
-    assert examine(RIG, misaligned_sweeps(gain, degrees)).reasons == ()
-    assert find_remedies(misaligned_sweeps(gain, degrees), RIG, conventions=Conventions()) == ()
+def test_a_servo_that_joint_calibrates_is_no_mistake() -> None:
+    sweeps = misaligned_sweeps(1.08, -4.0)
+    assert examine(RIG, sweeps).reasons == ()
+    assert find_remedies(sweeps, RIG, conventions=Conventions()) == ()
 
 
 def test_features_without_a_count_of_stations_do_not_make_a_map_doubtful() -> None:
