@@ -48,10 +48,10 @@ def reasons(measures: "Measures", now: Conventions) -> tuple[str, ...]:
 
 
 def _symptoms(measures: "Measures") -> Iterator[str]:
-    yield from _shares(measures) if measures.features else ()
     if measures.odd_sensor is not None:
         yield f"Few echoes of sensor {measures.odd_sensor} fit what the other sensors detect."
     yield from (_misplaced(each) for each in measures.misplaced)
+    yield from _shares(measures) if measures.features else ()
     if measures.crossed:
         walls = "1 wall lies" if measures.crossed == 1 else f"{measures.crossed} walls lie"
         yield f"{walls} across the path of the robot."
