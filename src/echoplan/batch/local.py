@@ -51,7 +51,7 @@ class LocalProcesses(Executor):
         try:
             return process.submit(function, *args, **kwargs).result()
         except BrokenProcessPool:
-            process.shutdown(wait=False)
+            process.shutdown()
             process = _new_process()
             raise
         finally:

@@ -25,11 +25,12 @@ _STEP = 0.5
 _AGREE = EstimateSettings().min_inlier_ratio
 # Number of windows of a long recording over which the share is averaged: each takes as long as mapping it.
 _WINDOWS = 5
-# Thresholds of doubtful and of failed maps: share of echoes that landmarks explain, and share that those explain which
-# two stations detect. Chosen on seeds from 1000 of benchmarks/verdicts.py, where the second one is at most 0.57 with
-# wrong conventions, and above 0.8 in nearly all maps of correct recordings.
+# Thresholds below which a map is doubtful or failed: share of explained echoes, and share of echoes that are explained
+# by landmarks which at least two stations detect. Chosen on seeds from 1000 of benchmarks/verdicts.py.
 _GOOD, _FAILED = 0.8, 0.6
 _CONFIRMED, _LONE = 0.7, 0.25
+# Number of sensors from which a good map may leave all echoes of one of them unexplained: 1 / (1 - _GOOD).
+_MANY_SENSORS = 5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,7 +42,8 @@ class Measures:
     share : float
         Share of the echoes that the map explains.
     confirmed : float
-        Share of the echoes that the map explains by landmarks that two stations detect.
+        Share of the echoes that are explained by landmarks which at least two stations detect: ``share`` times the
+        share of the pings of the map that belong to such landmarks.
     features : int
         Number of walls, corners and cylinders of the map.
     faults : Faults, optional
@@ -76,7 +78,7 @@ class Measures:
 
     @property
     def is_unconfirmed(self) -> bool:
-        """Whether too few echoes are explained by what two stations detect, in a recording from several places.
+        """Whether too few echoes are explained by what at least two stations detect; False without three places.
 
         With wrong poses each station gets landmarks of its own, which explain most of its echoes.
         """
@@ -154,9 +156,9 @@ def examine(
         turned = servo_turned(cleaned, error)
         # What looks like a servo error may be another mistake.
         is_consistent = consistency(sampled(turned, rig), rig).share >= _AGREE
-        sensors = _of_sensors(turned, rig)
-        is_strange = error != AS_RECORDED or not is_consistent or sensors.has_odd_sensor
-        remedies = find_remedies(cleaned, rig, conventions=now, causes=_suspects(sensors, is_strange=is_strange))
+        is_strange = error != AS_RECORDED or not is_consistent
+        causes = _causes_to_test(_of_sensors(turned, rig), is_strange=is_strange)
+        remedies = find_remedies(cleaned, rig, conventions=now, causes=causes)
         misplaced = () if remedies else misplaced_stations(turned, rig)
         measures = replace(measures, misplaced=misplaced, remedies=remedies)
     return _quality(measures, now, has_rig_file=has_rig_file)
@@ -212,16 +214,16 @@ def _measured(feature_map: FeatureMap, rig: Rig, sweeps: Sequence[Sweep], now: C
     measures = replace(measures, odd_sensor=odd_sensor)
     is_strange = verdict_of(replace(measures, faults=Faults(), unchecked="")) is not Verdict.GOOD
     # What looks like a servo error may be another mistake.
-    suspects = _suspects(sensors, is_strange=is_strange or servo_of(feature_map) != AS_RECORDED)
-    measures = replace(measures, remedies=find_remedies(cleaned, rig, conventions=now, causes=suspects))
+    causes = _causes_to_test(sensors, is_strange=is_strange or servo_of(feature_map) != AS_RECORDED)
+    measures = replace(measures, remedies=find_remedies(cleaned, rig, conventions=now, causes=causes))
     # In a failed map most stations are inconsistent, so none is singled out.
     if verdict_of(measures) is not Verdict.FAILED:
         measures = replace(measures, misplaced=misplaced_stations(placed, rig))
     return measures
 
 
-def _suspects(sensors: Consistency, *, is_strange: bool) -> tuple[Cause, ...]:
-    """Return the mistakes to test; without symptoms, one of many sensors may still explain nothing."""
+def _causes_to_test(sensors: Consistency, *, is_strange: bool) -> tuple[Cause, ...]:
+    """Return the mistakes to test; without symptoms, the echoes of one of many sensors may still be unexplained."""
     if is_strange:
         return tuple(Cause)
     return (Cause.SENSOR,) if sensors.has_unexplained_sensor else ()
@@ -235,8 +237,8 @@ def _inlier_ratio(feature_map: FeatureMap) -> float | None:
 
 
 def _of_sensors(sweeps: Sequence[Sweep], rig: Rig) -> Consistency:
-    """Return how well the echoes of each of many sensors fit; of few, each shows in the share of all of them."""
-    if len(rig.sensors) * (1.0 - _GOOD) < 1.0:
+    """Return the consistency by sensor for rigs of many sensors; in rigs of few, the total share shows a bad one."""
+    if len(rig.sensors) < _MANY_SENSORS:
         return CONSISTENT
     return consistency(sampled(sweeps, rig, stations=EstimateSettings().window.stations), rig)
 

@@ -80,9 +80,11 @@ def find_remedies(
     tuple of Remedy
         Remedies that explain the echoes, and clearly more of them than without; the best first.
     """
+    if not causes:
+        return ()
     some = sampled(sweeps, rig)
     # With fewer places, any conventions are consistent.
-    if not causes or count_places(some) < ENOUGH_PLACES:
+    if count_places(some) < ENOUGH_PLACES:
         return ()
     found = sorted(_found(some, rig, conventions=conventions, causes=causes), key=lambda each: -each[0])
     return tuple(remedy for gain, remedy in found if gain > _AS_GOOD * found[0][0])
@@ -102,7 +104,7 @@ def _found(
         # Probability densities depend on the unit of ranges: compare those of ranges in the unit as read.
         scale = trial.conventions.range_unit / conventions.range_unit
         gain = after.gain + after.weight * math.log(scale) - before.gain
-        # Without the echoes of a sensor, the others may be explained better by chance.
+        # For a turned sensor only its own echoes count: those of the others may fit better by chance.
         if _explains(after if trial.sensor_id is None else after.of_sensor(before.strangest), gain=gain):
             yield gain, replace(trial, share=after.share, share_before=before.share)
 

@@ -81,7 +81,7 @@ class Consistency(NamedTuple):
 
     @property
     def has_unexplained_sensor(self) -> bool:
-        """Whether most echoes of the strangest sensor are unexplained, so that it may look the other way."""
+        """Whether most echoes of the strangest sensor are unexplained: only then more could be explained otherwise."""
         return self.of_sensor(self.strangest).share < 0.5
 
     @property
@@ -98,7 +98,7 @@ class Consistency(NamedTuple):
         return bool(betainc(grouped - explained, explained + 1.0, 1.0 - half) < _CHANCE / len(self.weights))
 
 
-# Consistency of sensors of which nothing strange is known.
+# Stands for rigs whose sensors are not compared.
 CONSISTENT = Consistency(np.ones(1, dtype=np.int64), np.ones(1, dtype=np.int64), 0.0, np.ones((1, 2)))
 
 

@@ -48,9 +48,9 @@ def reasons(measures: "Measures", now: Conventions) -> tuple[str, ...]:
 
 
 def _symptoms(measures: "Measures") -> Iterator[str]:
+    yield from (_misplaced(each) for each in measures.misplaced)
     if measures.odd_sensor is not None:
         yield f"Few echoes of sensor {measures.odd_sensor} fit what the other sensors detect."
-    yield from (_misplaced(each) for each in measures.misplaced)
     yield from _shares(measures) if measures.features else ()
     if measures.crossed:
         walls = "1 wall lies" if measures.crossed == 1 else f"{measures.crossed} walls lie"
@@ -69,7 +69,7 @@ def _unchecked(measures: "Measures") -> str:
 def _shares(measures: "Measures") -> Iterator[str]:
     if measures.is_unexplained:
         yield f"Only {_percent(measures.share)} of the echoes fit together."
-    elif measures.is_unconfirmed:
+    if measures.is_unconfirmed:
         yield f"Only {_percent(measures.confirmed)} of the echoes come from something that two stations detect."
 
 

@@ -39,6 +39,13 @@ def test_a_sensor_that_looks_backwards_is_found() -> None:
     assert best.yaw == pytest.approx(math.pi / 2)
 
 
+def test_only_the_given_mistakes_are_tested() -> None:
+    clockwise = [Conventions(servo_sign=-1).undo(sweep) for sweep in sound_sweeps()[:4]]
+    found = find_remedies(clockwise, RIG, conventions=NOW, causes=(Cause.SERVO,))
+    assert {each.cause for each in found} == {Cause.SERVO}
+    assert find_remedies(clockwise, RIG, conventions=NOW, causes=()) == ()
+
+
 def test_nothing_is_found_in_a_sound_recording() -> None:
     assert find_remedies(sound_sweeps()[:4], RIG, conventions=NOW) == ()
 

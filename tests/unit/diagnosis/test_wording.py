@@ -101,6 +101,12 @@ def test_without_a_rig_file_there_is_none_to_check() -> None:
     assert "check where the sensors are mounted and the poses" in next_step(measures(), NOW, has_rig_file=False)
 
 
+def test_what_only_one_station_detects_is_a_reason_beside_what_does_not_fit() -> None:
+    lone = "Only 20 % of the echoes come from something that two stations detect."
+    assert reasons(measures(share=0.65, confirmed=0.2), NOW) == ("Only 65 % of the echoes fit together.", lone)
+    assert reasons(measures(share=0.9, confirmed=0.2), NOW) == (lone,)
+
+
 def test_a_station_is_named_by_its_sweep_with_what_it_lacks() -> None:
     lone = measures(share=0.9, misplaced=(Misplaced(sweep=7, distance=0.15, turn=math.radians(-15.0), gain=40.0),))
     (reason,) = reasons(lone, NOW)
