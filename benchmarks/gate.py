@@ -6,7 +6,7 @@ are present), maps each with the code of the baseline and with the code of this 
 compares the maps to the last bit.  Renamed keys (``RENAMED``) do not count, neither do the settings of the run nor the
 wording of the verdict.  Prints the first difference of each map, and exits with status 1 if there is one.
 
-``--statistical`` is for changes that may change maps.  It maps 230 recordings of six kinds (``library.populations``)
+``--statistical`` is for changes that may change maps.  It maps 258 recordings of seven kinds (``library.populations``)
 with both versions and compares, kind by kind: recall and precision of walls, corners and cylinders (at most one object
 in 200 may be lost), the median and the 95th percentile of their errors (at most 5 % greater), the share of true objects
 within 95 % ellipses (at most 1.5 % lower), and CPU time (at most 20 % more).  ``--hold-out`` takes other recordings, at
@@ -132,9 +132,10 @@ def compare_scores(versions: Sequence[tuple[Path, Path]], arguments: argparse.Na
             made = workers.map(partial(write_population_recording, folder, name), seeds)
             list(tracked(made, total=len(seeds), task=f"simulating {name}"))
         scores = [map_population(folder, *version, population, arguments.workers) for version in versions]
-        table, found = compare_two(f"{len(seeds)} {name}", *scores)
+        title = f"{len(seeds)} {name}"
+        table, found = compare_two(title, *scores)
         show(table)
-        worse += found
+        worse += [f"{title}, {each}" for each in found]
     print("\n".join(["Worse:", *worse]) if worse else "Nothing is worse beyond its tolerance.")
     return int(bool(worse))
 

@@ -376,6 +376,16 @@ def test_every_rule_of_the_ablation_switches_something_off_that_exists() -> None
     names = [name for changes in rules.values() for name in changes]
     assert names
     assert all(pkgutil.resolve_name(name) is not None for name in names)
+    assert [name for name in names if not is_loaded(*name.rsplit(".", 1))] == []
+
+
+def is_loaded(place: str, name: str) -> bool:
+    """Return True unless a module never reads this name of its own; names of classes may be read elsewhere."""
+    module = pkgutil.resolve_name(place)
+    if not isinstance(module, ModuleType):
+        return True
+    loaded = (node for node in ast.walk(ast.parse(inspect.getsource(module))) if isinstance(node, ast.Name))
+    return any(node.id == name and isinstance(node.ctx, ast.Load) for node in loaded)
 
 
 def test_a_new_type_of_landmark_takes_a_short_patch_of_the_modules_that_the_architecture_names() -> None:

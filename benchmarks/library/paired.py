@@ -52,7 +52,7 @@ def compare(title: str, before: Scores, after: Scores) -> tuple[Table, list[str]
         if not np.isnan(each.before)
     ]
     table = Table(title=title, columns=("measure", "before", "after", "at worst", ""), rows=tuple(rows))
-    return table, [f"{title}, {each.name}" for each in measures if each.is_worse]
+    return table, [each.name for each in measures if each.is_worse]
 
 
 def _of_class(name: FeatureClass, before: Scores, after: Scores) -> list[_Measure]:

@@ -11,7 +11,7 @@ from echoplan.simulation import Simulation
 from library.flats import random_flat
 from library.heads import measured_by_hand, simulate_head
 from library.ray_cones import cast, with_cones
-from library.rooms import random_drive, random_simulation
+from library.rooms import Drive, random_drive, random_simulation
 
 __all__ = ["POPULATIONS", "Population", "Recording", "by_hand", "random_soft_room", "rays", "soft_room"]
 
@@ -46,6 +46,11 @@ def rays(seed: int) -> Recording:
     rig = with_cones(simulation.rig, math.radians(15.0))
     sweeps = cast(tuple(simulation), simulation.world, rig, rays=31, noise=0.002, rng=np.random.default_rng(seed))
     return _recorded(simulation, sweeps, rig)
+
+
+def drive_with_specified_odometry(seed: int) -> Simulation:
+    """Drive with a rig file that specifies half of the errors of the odometry."""
+    return random_drive(seed, Drive(specified=0.5))
 
 
 def random_soft_room(seed: int) -> Simulation:
@@ -85,6 +90,7 @@ class Population:
 POPULATIONS: Mapping[str, Population] = {
     "rooms": Population(make=random_simulation, size=100),
     "drives": Population(make=random_drive, size=50, poses="correct"),
+    "drives with specified odometry": Population(make=drive_with_specified_odometry, size=24),
     "by hand": Population(make=by_hand, size=24),
     "rays": Population(make=rays, size=24),
     "soft walls": Population(make=random_soft_room, size=24),
