@@ -10,7 +10,6 @@ import argparse
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from itertools import combinations
-from typing import ClassVar
 
 import numpy as np
 
@@ -53,14 +52,14 @@ def main() -> None:
     show(Table(title=title, columns=columns, rows=tuple(rows)))
 
 
-class _WithoutPenalty(MapSettings):
-    lone_corner_sigma: ClassVar[float] = 0.0
+class _WithoutModelError(MapSettings):
+    lone_corner_sigma = 0.0
 
 
 def lone_corners(seed: int) -> list[tuple[FloatArray, FloatArray]]:
     """Map a room; return error [m] and covariance, without the model error, of each corner without two walls."""
     simulation = random_simulation(seed, recess=True, stations=STATIONS)
-    settings = JointSettings(map=_WithoutPenalty())
+    settings = JointSettings(map=_WithoutModelError())
     found = map_sweeps(JointMapper(simulation.rig, settings), tuple(simulation))
     vertices = simulation.truth.walls_xy.reshape(-1, 2)
     errors = []

@@ -1,6 +1,6 @@
-"""Settings of a stage with other constants than it has."""
+"""Settings with changed constants."""
 
-from typing import Any, ClassVar, TypeVar
+from typing import Any, TypeVar
 
 from echoplan.settings import Settings
 
@@ -12,6 +12,5 @@ SettingsT = TypeVar("SettingsT", bound=Settings)
 def settings_with(model: type[SettingsT], **values: Any) -> SettingsT:
     """Make settings with given values, of which some may be constants of the class."""
     constants = {key: value for key, value in values.items() if key in model.__class_vars__}
-    annotations = dict.fromkeys(constants, ClassVar[Any])
-    other: type[SettingsT] = type(model.__name__, (model,), {"__annotations__": annotations, **constants})
+    other: type[SettingsT] = type(model.__name__, (model,), constants)
     return other.model_validate({key: value for key, value in values.items() if key not in constants})

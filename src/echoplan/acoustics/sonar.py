@@ -132,6 +132,7 @@ def reach(law: Callable[[float], ArrayLike], *, transducer: Transducer, air: Air
     from scipy.optimize import brentq  # noqa: PLC0415 - SciPy is slow to import
 
     def excess(distance: float) -> float:
+        """Return the signal excess at a distance [m] in dB."""
         return float(signal_excess(law(distance), 2 * distance, transducer=transducer, air=air))
 
     if excess(1e-3) <= 0:

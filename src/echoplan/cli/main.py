@@ -53,7 +53,7 @@ def _watch(signals: list[int]) -> Callable[[], None]:
         raise KeyboardInterrupt
 
     def insist(ignored: "sys.UnraisableHookArgs") -> None:
-        """Interrupt again if Python has dropped an interrupt, and call the former hook otherwise."""
+        """Interrupt again if Python dropped an interrupt, otherwise call the former hook."""
         # Python drops what is raised in a callback or a destructor; an interrupt must not get lost there.
         if signals:
             interrupt_main()

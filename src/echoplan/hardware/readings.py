@@ -19,7 +19,7 @@ __all__ = ["FAULTY", "NO_ECHO", "Timed", "Track", "Wheelbase", "driven", "ranges
 
 # The clock of a device begins again after so many microseconds.
 _WRAP_US = 2**32
-# Flights of the protocol that are no times: without an echo, and of a sensor that does not answer as it should.
+# Values of the protocol in place of a time of flight: no echo, and a sensor that does not answer correctly.
 NO_ECHO, FAULTY = 0, -1
 
 

@@ -80,8 +80,8 @@ class Estimate:
     # Model of the pose errors, and the decision about the poses with its reason.
     pose_model: PoseModel = PoseModel.FIXED
     pose_status: PoseStatus = field(default_factory=PoseStatus)
-    # Manhattan prior: right angles between walls.
-    right_angles: ManhattanPrior | None = None
+    # Manhattan prior as it was selected; `manhattan_prior` has its members among the current landmarks.
+    selected_manhattan_prior: ManhattanPrior | None = None
     # Whether figure of merit and beam are variables; whether detections constrain headings (heading factors).
     is_calibrated: bool = False
     has_heading_factors: bool = False
@@ -142,14 +142,14 @@ class Estimate:
     def manhattan_prior(self) -> ManhattanPrior | None:
         """Manhattan prior with its members among the current landmarks; None without members."""
         members: BoolArray = np.array([each.is_square for each in self.features], dtype=bool)
-        prior = self.right_angles
+        prior = self.selected_manhattan_prior
         return prior._replace(members=members) if prior is not None and members.any() else None
 
     def with_manhattan_prior(self, manhattan_prior: ManhattanPrior | None) -> "Estimate":
         """Return the estimate with a Manhattan prior (or none), whose members are marked on the landmarks."""
         members = np.zeros(len(self.features), dtype=bool) if manhattan_prior is None else manhattan_prior.members
         features = [replace(each, is_square=bool(e)) for each, e in zip(self.features, members, strict=True)]
-        return replace(self, right_angles=manhattan_prior, features=features)
+        return replace(self, selected_manhattan_prior=manhattan_prior, features=features)
 
     @property
     def is_along_axes(self) -> bool:

@@ -25,12 +25,12 @@ class LandmarkType(NamedTuple):
         Whether it reflects specularly.  Points return little sound, so that non-detections of them
         are weak evidence.
     is_omnidirectional : bool
-        Whether it returns sound to wherever it comes from, so that all stations with a free view should detect it.
+        Whether it returns sound in all directions, so that every station with a free view should detect it.
     proposal_cell : tuple of float
         Proposals in the same cell of this size count as one [rad, m; m, m, m].
     refined_cell : tuple of float
         The same once they are refined.
-    also : tuple of Kind, optional
+    also_proposed : tuple of Kind, optional
         Kinds that are tried wherever it is proposed.
     corner_kind : CornerKind, optional
         Which corner it is, if it is one.
@@ -42,7 +42,7 @@ class LandmarkType(NamedTuple):
     is_omnidirectional: bool
     proposal_cell: tuple[float, float, float]
     refined_cell: tuple[float, float, float]
-    also: tuple[Kind, ...] = ()
+    also_proposed: tuple[Kind, ...] = ()
     corner_kind: CornerKind | None = None
 
     @property
@@ -59,7 +59,7 @@ _CORNER = LandmarkType(
     is_omnidirectional=False,
     proposal_cell=(0.03, 0.03, 1.0),
     refined_cell=(0.012, 0.012, 1.0),
-    also=(Kind.EDGE,),
+    also_proposed=(Kind.EDGE,),
     corner_kind=CornerKind.CONCAVE,
 )
 # Cells are in rad and m for walls, in m for points and centres, and in m for the radius.
@@ -73,7 +73,7 @@ LANDMARKS: dict[Kind, LandmarkType] = {
         refined_cell=(0.01, 0.006, 1.0),
     ),
     Kind.CORNER: _CORNER,
-    Kind.EDGE: _CORNER._replace(also=(), corner_kind=CornerKind.CONVEX),
+    Kind.EDGE: _CORNER._replace(also_proposed=(), corner_kind=CornerKind.CONVEX),
     Kind.CYLINDER: LandmarkType(
         parameters=3,
         feature_class=FeatureClass.CYLINDER,

@@ -64,11 +64,14 @@ def survey(estimate: Estimate, path_xy: FloatArray) -> MapBuilder:
     )
     known = marginal_prior.reordered(found, state.layout)
     solution = optimise(nothing, state, priors, settings.optimiser, known=known)
-    square = estimate_right_angles(solution.reflectors, solution.layout, solution.covariance, settings.manhattan)
-    if square is not None:
+    manhattan_prior = estimate_right_angles(
+        solution.reflectors, solution.layout, solution.covariance, settings.manhattan
+    )
+    if manhattan_prior is not None:
         # Alignment with the axes was decided with the absolute poses, which are eliminated by now.
-        square = square._replace(along_axes=estimate.is_along_axes)
-        solution = optimise(nothing, state, priors._replace(manhattan_prior=square), settings.optimiser, known=known)
+        manhattan_prior = manhattan_prior._replace(along_axes=estimate.is_along_axes)
+        priors = priors._replace(manhattan_prior=manhattan_prior)
+        solution = optimise(nothing, state, priors, settings.optimiser, known=known)
     features = [replace(each, reflector=row) for each, row in zip(found, solution.reflectors, strict=True)]
     echoes = marginal_prior.corner_echoes_of(features)
     segments = find_segments(features, echoes, path_xy, settings.segments)
@@ -80,7 +83,7 @@ def survey(estimate: Estimate, path_xy: FloatArray) -> MapBuilder:
         solution=replace(solution, offset_sigma=best, model_error=lacking.model_error),
         segments=segments,
         vertices=find_vertices(segments, echoes, settings.corners),
-        manhattan_prior=square,
+        manhattan_prior=manhattan_prior,
         settings=settings.map,
         ties=settings.optimiser.corner_factors,
         path_xy=path_xy,

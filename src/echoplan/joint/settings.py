@@ -25,7 +25,7 @@ from echoplan.settings import Settings
 __all__ = ["EstimateSettings", "PoseMode", "WindowSettings"]
 
 
-# Models of the range walk that need no table.
+# Names of range walks that need no table.
 _WALKS = ("physical", "fitted")
 
 
@@ -122,8 +122,8 @@ class EstimateSettings(Settings):
     )
     # Largest share of walls that are drawn twice before poses count as drifting.
     max_duplicate_fraction: ClassVar[float] = 0.25
-    # Pose errors of a quarter of the noise give an intraclass correlation of 1 / (1 + 4^2).
-    # Largest intraclass correlation of the readings of a wall from one station before poses count as doubtful.
+    # Largest intraclass correlation of the readings of a wall from one station before poses count as doubtful: that
+    # of pose errors of a quarter of the noise, 1 / (1 + 4^2).
     max_icc: ClassVar[float] = 0.06
     max_waypoints: int = Field(
         default=24,

@@ -16,7 +16,7 @@ from echoplan.geometry import directions
 
 __all__ = ["Crossings", "find_crossings"]
 
-# So many pairs of arcs are compared at a time: what fits into some megabytes.
+# Number of pairs of arcs that are compared at a time, which limits the memory to some megabytes.
 _PAIRS = 1 << 20
 
 

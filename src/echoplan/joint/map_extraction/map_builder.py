@@ -312,6 +312,7 @@ class MapBuilder:
         there.
         """
         feature = self.features[number]
+        assert feature.type.corner_kind is not None
         position = feature.reflector[1:3]
         covariance = self._covariance([number]) + self.settings.lone_corner_sigma**2 * np.eye(2)
         for corner, walls, crossing in constrained_corners(
@@ -321,7 +322,7 @@ class MapBuilder:
                 position, covariance = crossing, self._covariance_of_crossing(walls, crossing)
         return Corner(
             position_xy=position,
-            kind=feature.type.corner_kind or CornerKind.CONVEX,
+            kind=feature.type.corner_kind,
             covariance=covariance,
             class_probabilities=self._class_of(number),
             pings=self._pings(number),

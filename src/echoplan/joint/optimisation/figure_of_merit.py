@@ -60,6 +60,7 @@ def fit_figure_of_merit(
     beam = _beam_table()
 
     def cost(point: Sequence[float]) -> float:
+        """Return the negative log posterior of a figure of merit [dB] and a beam parameter ka."""
         merit, ka = point
         gains = np.interp(abs(ka) * rows[:, 1], beam[0], beam[1])
         chances = 1 / (1 + np.exp(np.clip((losses - merit - gains) / _FADING, -30, 30)))

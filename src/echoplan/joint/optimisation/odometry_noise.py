@@ -153,7 +153,7 @@ def estimate_waypoint_noise(
 
 
 def log_odds_absolute_vs_odometry(measured_poses: FloatArray, poses: FloatArray) -> float:
-    r"""Return the log-likelihood ratio of independent pose errors against accumulated ones [nats].
+    r"""Return the log odds of independent pose errors (absolute poses) against accumulated ones (odometry) [nats].
 
     An error of odometry persists in all later poses; a waypoint placed by hand has an error of its own. Both kinds are
     taken for normal, positions and headings with unknown standard deviations. The log ratio of the maximum likelihoods

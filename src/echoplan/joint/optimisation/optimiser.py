@@ -182,8 +182,8 @@ def heading_factors(measurements: Measurements, now: Values, priors: Priors) -> 
 
 def _heading_measurements(measurements: Measurements, now: Values, priors: Priors) -> HeadingMeasurements:
     """Measure the directions of walls as seen from stations, if they can determine yaw or servo."""
-    poses, square = priors.poses, priors.manhattan_prior
-    along_axes = poses is not None and not poses.relative and square is not None and square.along_axes
+    poses, manhattan_prior = priors.poses, priors.manhattan_prior
+    along_axes = poses is not None and not poses.relative and manhattan_prior is not None and manhattan_prior.along_axes
     if not priors.bearings or not (along_axes or priors.servo is not None):
         return NO_HEADINGS
     detected = _at_present(measurements, now, priors)

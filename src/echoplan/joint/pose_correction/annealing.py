@@ -27,8 +27,8 @@ def refine(estimate: Estimate, priors: PosePrior) -> Estimate:
     estimate = estimate.with_manhattan_prior(None).search()
     estimate = replace(estimate, features=_merged(estimate.features, settings.pose_errors.duplicates))
     if not priors.relative and _rests_on_few(estimate):
-        square = roughly_square(estimate.features, settings.manhattan, may_lie_along_axes=True)
-        estimate = estimate.with_manhattan_prior(square)
+        manhattan_prior = roughly_square(estimate.features, settings.manhattan, may_lie_along_axes=True)
+        estimate = estimate.with_manhattan_prior(manhattan_prior)
     estimate = estimate.alternate(first, priors, 3).estimate_figure_of_merit()
     estimate = estimate.alternate(0.75 * first, priors, 2).estimate_noise()
     estimate, learned = _learned(replace(estimate, has_heading_factors=True), priors)

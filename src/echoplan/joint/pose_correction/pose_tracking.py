@@ -47,6 +47,7 @@ def track_poses(estimate: Estimate, priors: PosePrior) -> Estimate:
     reaches = priors.reaches
 
     def expected(poses: FloatArray, station: int, _: Sequence[int]) -> tuple[FloatArray, FloatArray]:
+        """Return the pose of a station by odometry, and how far it may be off."""
         return dead_reckoned(estimate.measured_poses, poses, station), reaches[station]
 
     followed = register_in_order(estimate, priors, expected)

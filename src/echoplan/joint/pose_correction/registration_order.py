@@ -30,6 +30,7 @@ def place(estimate: Estimate) -> Estimate:
     part = _rearranged(estimate, order)
 
     def expected(poses: FloatArray, station: int, recognised: Sequence[int]) -> tuple[FloatArray, FloatArray]:
+        """Return the pose of a station as waypoints nearby predict it, and how far it may be off."""
         found, measured_poses = list(recognised), estimate.measured_poses[order]
         return seen_from_others(measured_poses[station], measured_poses[found], poses[found], settings)
 

@@ -92,6 +92,7 @@ def _better(
     """Return the alternative with the greatest log evidence, or None if the landmark itself has more."""
 
     def penalised_llr(each: Hypothesis) -> float:
+        """Return the penalised log-likelihood ratio, greater for a corner that makes short walls unnecessary."""
         return acceptance.penalised_llr(each) + acceptance.settings.min_log_likelihood_ratio * _spared_walls(
             each, feature, others
         )

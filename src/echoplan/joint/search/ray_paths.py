@@ -17,7 +17,7 @@ __all__ = ["Paths", "trace_paths", "unoccluded_stations"]
 
 # Log-likelihood ratio over clutter from which a reading counts as explained [nats].
 _EXPLAINED = math.log(20.0)
-# Pings of one landmark and station that span less than this may agree by chance [rad].
+# Smallest angle that pings of one landmark from one station must span, as fewer may agree by chance [rad].
 _SPAN = math.radians(12.0)
 # A station has a free view of a landmark if this share of the pings that should detect it is unmasked.
 _MOSTLY = 0.5

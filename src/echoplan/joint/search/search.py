@@ -265,7 +265,7 @@ class Search:
         few, cell = free[self._few[free]], LANDMARKS[kind].refined_cell
         coarse = _apart(self._all_moved(self._screened(rows[rows[:, 0] == kind], log_densities), few, rough), cell)
         apart = _apart(self._all_moved(coarse, free, fine), cell)
-        others = [np.array([other, *row[1:]]) for other in LANDMARKS[kind].also for row in apart]
+        others = [np.array([other, *row[1:]]) for other in LANDMARKS[kind].also_proposed for row in apart]
         # Only sound returns from a concave corner; rays read its walls.
         apart = apart[:0] if kind is Kind.CORNER and likelihood.tables.cone else apart
         return [likelihood.score(row) for row in [*apart, *self._all_moved(others, free, fine)]]

@@ -143,9 +143,9 @@ def test_a_corner_without_walls_carries_the_model_error_of_a_corner() -> None:
 
 def test_a_corner_in_the_middle_of_a_wall_is_the_crossing_of_its_walls() -> None:
     # A partition along x = 0.4 ends at the wall y = 1.5; the echo seems to come from 9 mm beside the corner.
-    heard = feature(corner(0.405, 1.4925), llr_by_station=[9.0] * 4)
+    detected = feature(corner(0.405, 1.4925), llr_by_station=[9.0] * 4)
     partition = segment(0.0, 0.4, (0.3, 1.4), owner=4)
-    found = survey(heard, walls=[*ROOM, wall(0.0, 0.4)], pieces={4: [partition]})
+    found = survey(detected, walls=[*ROOM, wall(0.0, 0.4)], pieces={4: [partition]})
     found = replace(found, manhattan_prior=ManhattanPrior(np.array([True] * 5 + [False]), 0.003))
     (drawn,) = [each for each in found.corners() if each.stations]
     assert drawn.position_xy == pytest.approx([0.4, 1.5])
