@@ -1,13 +1,13 @@
-"""The method joint in random rooms: python benchmarks/joint.py [ROOMS] [--stations N] [--recess] [--soft] ...
+"""The method joint in random rooms: python benchmarks/joint.py [ROOMS] [--stations N] [--recess] ...
 
 Simulates random rooms (100 by default) from 14 stations (``--stations``), maps them, and prints recall, precision and
 errors, wall lengths and openings, the rooms with faults, the consistency of covariances and of class probabilities, the
 errors in units of the Cramer-Rao bound, the estimated parameters of the sonar, and the CPU time.  The poses are exact;
 ``--poses trust`` says so to the method.  ``--misset`` gives the modules of each room a zero error of up to half of
 their resolution, which is the error that the method assumes.  ``--recess`` adds a pier to one wall of each room, or a
-niche.  ``--soft`` makes one wall of each room a curtain, a sofa or foam.  ``--by-hand M`` gives each of the two marks
-on which the robot stands, 0.2 m apart, a normal error of M metres.  ``--save FILE`` writes the data that
-docs/joint_pictures.py draws.
+niche.  ``--soft`` makes one wall of each room a curtain, a sofa or foam.  ``--round SIDES`` makes each room a polygon
+of so many sides.  ``--by-hand M`` gives each of the two marks on which the robot stands, 0.2 m apart, a normal error of
+M metres.  ``--save FILE`` writes the data that docs/joint_pictures.py draws.
 """
 
 import argparse
@@ -40,7 +40,7 @@ from echoplan.model import Corner, Cylinder, FeatureClass, FeatureMap, Sweep, Ta
 from echoplan.simulation import Simulation
 from library.error_bound import against_bound, true_scale
 from library.mapping import map_by_joint
-from library.populations import random_soft_room
+from library.populations import random_round_room, random_soft_room
 from library.rooms import ARRAY, STATIONS, is_oblique, random_simulation
 from library.score_tables import fault_table, percent
 
@@ -95,6 +95,7 @@ def main() -> None:
             "recess": arguments.recess,
         }
         simulate = random_soft_room if arguments.soft else partial(random_simulation, **rooms)
+        simulate = partial(random_round_room, sides=arguments.round) if arguments.round else simulate
         chosen = partial(run, simulate=simulate, poses=arguments.poses, by_hand=arguments.by_hand)
         runs = workers.map(chosen, range(arguments.rooms))
         outcomes = list(tracked(runs, total=arguments.rooms, task="mapping"))
@@ -114,6 +115,7 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--misset", action="store_true")
     parser.add_argument("--recess", action="store_true")
     parser.add_argument("--soft", action="store_true")
+    parser.add_argument("--round", type=int, metavar="SIDES")
     parser.add_argument("--by-hand", type=float, default=0.0)
     parser.add_argument("--save", type=Path)
     return parser.parse_args()

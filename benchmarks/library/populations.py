@@ -6,14 +6,24 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from echoplan.model import Polyline, Rig, Sweep, Truth
+from echoplan.geometry import directions
+from echoplan.model import Polyline, Rig, Route, Sweep, Truth, World
 from echoplan.simulation import Simulation
 from library.flats import random_flat
 from library.heads import measured_by_hand, simulate_head
 from library.ray_cones import cast, with_cones
-from library.rooms import Drive, random_drive, random_simulation
+from library.rooms import STATIONS, Drive, random_drive, random_simulation
 
-__all__ = ["POPULATIONS", "Population", "Recording", "by_hand", "random_soft_room", "rays", "soft_room"]
+__all__ = [
+    "POPULATIONS",
+    "Population",
+    "Recording",
+    "by_hand",
+    "random_round_room",
+    "random_soft_room",
+    "rays",
+    "soft_room",
+]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,6 +77,17 @@ def soft_room(simulation: Simulation, *, side: int, material: str) -> Simulation
     wall = Polyline(points_xy=points[:2], material=material)
     rest = Polyline(points_xy=np.vstack([points[1:], points[:1]]))
     return replace(simulation, world=replace(simulation.world, polylines=(rest, wall, *others)))
+
+
+def random_round_room(seed: int, *, sides: int) -> Simulation:
+    """Walk through a round room, whose wall is a polygon of many sides about a circle of 1.5 to 2.5 m."""
+    rng = np.random.default_rng((seed, 17))
+    radius = float(rng.uniform(1.5, 2.5))
+    outline = radius * directions(math.tau * np.arange(sides) / sides)
+    bearings, away = rng.uniform(0.0, math.tau, STATIONS), 0.75 * radius * np.sqrt(rng.uniform(0.0, 1.0, STATIONS))
+    poses = np.column_stack([away[:, None] * directions(bearings), rng.uniform(-math.pi, math.pi, STATIONS)])
+    world = World(name=f"round {seed}", polylines=(Polyline(points_xy=outline, closed=True),))
+    return replace(random_simulation(seed), world=world, route=Route(map_from_base=poses))
 
 
 def _recorded(simulation: Simulation, sweeps: list[Sweep], rig: Rig | None = None) -> Recording:
