@@ -295,7 +295,7 @@ class Estimate:
 
     def priors(self, noise: float, poses: PosePrior | None) -> Priors:
         """Return the priors of the optimisation for a noise [m] and a prior of the poses (None: poses are fixed)."""
-        settings, drifting = self.settings.optimiser, self.has_odometry_model or (poses is not None and poses.relative)
+        settings, drifting = self.settings.optimiser, self.has_odometry_model and not self.marginal_prior.is_known_map
         # Drifting poses cannot determine the scale of the map, so the range scale keeps the narrow prior of the sensor.
         is_scale_known = drifting or not math.isnan(self.recorded.temperature)
         return Priors(

@@ -39,15 +39,17 @@ class JointMapper:
         Sensors that recorded the sweeps.
     settings : JointSettings, optional
         Settings of all stages.
+    prior : MarginalPrior, optional
+        What is known before the first sweep, such as a map; nothing by default.
     """
 
     # From one place, a wall, a corner and a cylinder return the same echoes.
     needs_places = True
 
-    def __init__(self, rig: Rig, settings: JointSettings | None = None) -> None:
+    def __init__(self, rig: Rig, settings: JointSettings | None = None, *, prior: MarginalPrior | None = None) -> None:
         self.rig = rig
         self.settings = settings or JointSettings()
-        self._marginal_prior = MarginalPrior()
+        self._marginal_prior = prior or MarginalPrior()
         self._indices: list[int] = []
         self._done: list[Trajectory] = []
         self._sweeps: list[Sweep] = []
@@ -83,6 +85,12 @@ class JointMapper:
         """
         with _one_thread():
             return self._map()
+
+    def trajectory(self) -> Trajectory:
+        """Return the poses of all sweeps so far, without making a map; there must be a sweep with pings."""
+        with _one_thread():
+            stations = self._stations()
+            return joined([*self._done, self._posed(self._estimate(stations), stations)])
 
     def _map(self) -> FeatureMap:
         parameters, sweeps = self.settings.model_dump(mode="json"), np.array(self._indices, dtype=np.int64)

@@ -66,6 +66,8 @@ class MarginalPrior:
         Standard deviations of the first pose of the window by odometry alone [m, m, rad].
     issued : int, optional
         Number of track numbers assigned so far.
+    is_known_map : bool, optional
+        Whether the landmarks are those of a map that was made before, which determines the scale.
     """
 
     features: Sequence[Hypothesis] = ()
@@ -84,6 +86,7 @@ class MarginalPrior:
     trusts_specified_odometry: bool = True
     dead_reckoned: FloatArray = field(default_factory=lambda: np.zeros(3))
     issued: int = 0
+    is_known_map: bool = False
 
     @property
     def is_empty(self) -> bool:

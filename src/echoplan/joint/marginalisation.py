@@ -141,6 +141,7 @@ def marginalise(estimate: Estimate, count: int) -> MarginalPrior:
         trusts_specified_odometry=estimate.trusts_specified_odometry,
         dead_reckoned=_dead_reckoned(estimate, count),
         issued=estimate.marginal_prior.issued + len(known),
+        is_known_map=estimate.marginal_prior.is_known_map,
     )
 
 

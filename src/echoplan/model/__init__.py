@@ -13,6 +13,7 @@ from echoplan.model.features import (
     Wall,
 )
 from echoplan.model.grid import OccupancyGrid
+from echoplan.model.localisation import Localisation, StartPose, Stretch
 from echoplan.model.odometry import Odometry
 from echoplan.model.quality import Quality, Verdict
 from echoplan.model.rig import Firing, Rig, Servo
@@ -35,6 +36,7 @@ __all__ = [
     "FeatureMap",
     "Firing",
     "Heading",
+    "Localisation",
     "OccupancyGrid",
     "Odometry",
     "Opening",
@@ -48,6 +50,8 @@ __all__ = [
     "Sensor",
     "Servo",
     "Source",
+    "StartPose",
+    "Stretch",
     "Sweep",
     "Table",
     "Transducer",

@@ -15,7 +15,7 @@ from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.search.refinement import refine
 from echoplan.preprocessing.measurements import Measurements
 
-__all__ = ["LandmarkMap", "LocalScan", "LocalisationSettings", "best_score", "local_scans", "locate"]
+__all__ = ["LandmarkMap", "LocalScan", "LocalisationSettings", "best_score", "local_scans", "locate", "score_poses"]
 
 _WALL, _CIRCLE = int(Kind.WALL), 2.0 * math.pi
 # A wall may be detected up to this far beyond its extent [m].
@@ -147,6 +147,23 @@ def locate(
         scale = scale / (steps / 2.0 if turn == 0 else 2.0)
         narrowing /= settings.steps / 2.0 if turn == 0 else 2.0
     return best, score
+
+
+def score_poses(
+    scan: LocalScan,
+    landmark_map: LandmarkMap,
+    *,
+    poses: FloatArray,
+    tolerances: tuple[float, float],
+    settings: LocalisationSettings,
+) -> FloatArray:
+    """Return the log-likelihood of the arcs at poses of shape (p, 3) [m, m, rad], shape (p,) [nats].
+
+    ``tolerances`` are the standard deviations of depths [m] and normals [rad].
+    """
+    every: BoolArray = np.ones((len(scan.depths), len(landmark_map.reflectors)), dtype=bool)
+    scores: FloatArray = _scores(scan, landmark_map, poses, every, tolerances, settings.outlier_likelihood)
+    return scores
 
 
 def best_score(scan: LocalScan, settings: LocalisationSettings) -> float:

@@ -1,0 +1,97 @@
+"""A map that was made before, as the prior of an estimate: its landmarks with their covariances."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from echoplan.acoustics.predicted_echo import Kind
+from echoplan.arrays import FloatArray
+from echoplan.geometry import directions
+from echoplan.joint.landmarks import LANDMARKS
+from echoplan.joint.likelihood.hypothesis import Hypothesis
+from echoplan.joint.likelihood.ping_scores import NO_PING_SCORES
+from echoplan.joint.likelihood.track_history import TrackHistory
+from echoplan.joint.marginal_prior import MarginalPrior
+from echoplan.joint.optimisation.factors import InformationPrior
+from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS
+from echoplan.joint.pose_status import PoseModel
+from echoplan.model import ClassProbabilities, CornerKind, FeatureMap, Wall
+
+__all__ = ["known_landmarks", "prior_of_map"]
+
+# Log-likelihood ratio of a landmark of the map [nats]: it stays even if it is not detected again.
+_CERTAIN = 1e4
+
+
+def known_landmarks(feature_map: FeatureMap) -> tuple[list[Hypothesis], list[FloatArray]]:
+    """Return the walls, detected corners and cylinders of a map as landmarks, and the covariances of their parameters.
+
+    Walls on one line, such as both sides of a door, are one landmark. Corners at which only walls cross are none.
+    """
+    rows = [*_lines(feature_map.walls)]
+    for corner in feature_map.corners:
+        if corner.pings:
+            kind = Kind.CORNER if corner.kind is CornerKind.CONCAVE else Kind.EDGE
+            rows.append((np.array([kind, *corner.position_xy, 0.0]), (0.0, 0.0), corner.covariance))
+    rows += [
+        (np.array([Kind.CYLINDER, *each.center_xy, each.radius]), (0.0, 0.0), each.covariance)
+        for each in feature_map.cylinders
+    ]
+    landmarks = [_landmark(number, row[0], extent=row[1]) for number, row in enumerate(rows, start=1)]
+    return landmarks, [covariance for _, _, covariance in rows]
+
+
+def prior_of_map(feature_map: FeatureMap, pose: FloatArray, *, sigmas: FloatArray, noise: float) -> MarginalPrior:
+    """Return the prior of an estimate that goes on in a map, from a first pose with standard deviations.
+
+    ``pose`` and ``sigmas`` have shape (3,) [m, m, rad]; ``noise`` is the standard deviation of a reading [m].
+    Covariances between landmarks are not in the file of a map: they count as zero.
+    """
+    landmarks, covariances = known_landmarks(feature_map)
+    nothing = np.zeros((len(SONAR_UNKNOWNS), len(SONAR_UNKNOWNS)))
+    information = block_diag(*map(np.linalg.inv, covariances), nothing, np.diag(sigmas**-2.0))
+    values = np.concatenate([*(each.parameters for each in landmarks), np.zeros(len(SONAR_UNKNOWNS)), pose])
+    return MarginalPrior(
+        features=landmarks,
+        summary=InformationPrior(np.arange(len(values)), information, information @ values),
+        poses=pose[None],
+        pose_model=PoseModel.ODOMETRY,
+        noise=noise,
+        issued=len(landmarks),
+        is_known_map=True,
+    )
+
+
+def _lines(walls: tuple[Wall, ...]) -> Iterator[tuple[FloatArray, tuple[float, float], FloatArray]]:
+    """Yield reflector, extent and covariance of each line with walls."""
+    lines: dict[tuple[float, float], list[Wall]] = {}
+    for wall in walls:
+        lines.setdefault((wall.normal_angle, wall.offset), []).append(wall)
+    for (normal_angle, offset), own in lines.items():
+        along = directions(normal_angle + np.pi / 2)
+        places = np.concatenate([wall.endpoints_xy @ along for wall in own])
+        reflector = np.array([Kind.WALL, normal_angle, offset, own[0].reflection_loss])
+        yield reflector, (float(places.min()), float(places.max())), own[0].covariance
+
+
+def _landmark(number: int, reflector: FloatArray, *, extent: tuple[float, float]) -> Hypothesis:
+    """Return a landmark that counts as detected by more stations than any that a recording adds."""
+    feature_class = LANDMARKS[Kind(int(reflector[0]))].feature_class
+    history = TrackHistory(
+        number=number,
+        llr=_CERTAIN,
+        best_llr=_CERTAIN / 2.0,
+        supporting=3,
+        extent=extent,
+        probabilities=ClassProbabilities(**{feature_class: 1.0}),
+        certainty=_CERTAIN,
+    )
+    return Hypothesis(
+        reflector=reflector,
+        ping_scores=NO_PING_SCORES,
+        llr_by_station=np.zeros(0),
+        llr=_CERTAIN,
+        extent=extent,
+        history=history,
+    )
