@@ -21,9 +21,9 @@ What is here
 Reading
     open, read_map, read_truth, builtin_rig, find_rig, write_recording
 Mapping
-    map, METHODS, JointMapper, JointSettings
+    map, locate, METHODS, JointMapper, JointSettings
 Results
-    MapResult, FeatureMap, Wall, Opening, Corner, Cylinder, Quality, Verdict, OccupancyGrid
+    MapResult, LocateResult, Localisation, FeatureMap, Wall, Opening, Corner, Cylinder, Quality, Verdict, OccupancyGrid
 Evaluating
     evaluate, compare, Evaluation, Truth
 Simulating
@@ -41,7 +41,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from echoplan.api import compare, evaluate, simulate
+    from echoplan.api import compare, evaluate, locate, simulate
     from echoplan.api import map as map  # noqa: A004 - echoplan.map reads well, and is lazy
     from echoplan.api import open as open  # noqa: A004 - likewise
     from echoplan.errors import (
@@ -55,12 +55,13 @@ if TYPE_CHECKING:
     from echoplan.evaluation import Evaluation
     from echoplan.io import builtin_rig, read_map, read_truth, write_recording
     from echoplan.joint.mapper import JointMapper, JointSettings
-    from echoplan.mapping import MapResult
+    from echoplan.mapping import LocateResult, MapResult
     from echoplan.methods import METHODS
     from echoplan.model import (
         Corner,
         Cylinder,
         FeatureMap,
+        Localisation,
         OccupancyGrid,
         Opening,
         Quality,
@@ -89,6 +90,8 @@ __all__ = [
     "InvalidValueError",
     "JointMapper",
     "JointSettings",
+    "Localisation",
+    "LocateResult",
     "MapResult",
     "MissingExtraError",
     "OccupancyGrid",
@@ -111,6 +114,7 @@ __all__ = [
     "compare",
     "evaluate",
     "find_rig",
+    "locate",
     "read_map",
     "read_truth",
     "simulate",
@@ -119,7 +123,7 @@ __all__ = [
 
 # Modules are imported when one of their names is asked for (PEP 562): `import echoplan` must not wait for NumPy.
 _HOMES = {
-    "echoplan.api": ("compare", "evaluate", "map", "open", "simulate"),
+    "echoplan.api": ("compare", "evaluate", "locate", "map", "open", "simulate"),
     "echoplan.errors": (
         "EchoplanError",
         "InputError",
@@ -131,12 +135,13 @@ _HOMES = {
     "echoplan.evaluation": ("Evaluation",),
     "echoplan.io": ("builtin_rig", "read_map", "read_truth", "write_recording"),
     "echoplan.joint.mapper": ("JointMapper", "JointSettings"),
-    "echoplan.mapping": ("MapResult",),
+    "echoplan.mapping": ("LocateResult", "MapResult"),
     "echoplan.methods": ("METHODS",),
     "echoplan.model": (
         "Corner",
         "Cylinder",
         "FeatureMap",
+        "Localisation",
         "OccupancyGrid",
         "Opening",
         "Quality",

@@ -11,17 +11,18 @@ from echoplan.evaluation import evaluate as evaluate_map
 from echoplan.io import read_map
 from echoplan.io.text import names_in
 from echoplan.io.truth import as_truth
-from echoplan.mapping import MapResult, map_source
+from echoplan.mapping import MapResult, locate_source, map_source
 from echoplan.methods import METHODS, find_method
 from echoplan.model import FeatureMap, Recording, Source, Truth
 from echoplan.simulation import Simulation, SimulationSettings
 from echoplan.sources import as_source, find_rig, find_route, find_truth, find_world, open_source
 
-__all__ = ["compare", "evaluate", "map", "open", "simulate"]
+__all__ = ["compare", "evaluate", "locate", "map", "open", "simulate"]
 
-# `echoplan.map` and `echoplan.open`: short names that a module of its own can give them.
+# `echoplan.map`, `echoplan.open` and `echoplan.locate`: short names that a module of its own can give them.
 map = map_source  # noqa: A001
 open = open_source  # noqa: A001
+locate = locate_source
 
 
 def simulate(

@@ -15,6 +15,7 @@ from echoplan.cli import (
     evaluate,
     info,
     live,
+    locate,
     record,
     simulate,
 )
@@ -35,6 +36,7 @@ app = typer.Typer(
 app.command("demo")(demo.run)
 app.command("simulate")(simulate.run)
 app.command("map")(map_command.run)
+app.command("locate")(locate.run)
 app.command("live")(live.run)
 app.command("evaluate")(evaluate.run)
 app.command("compare")(compare.run)

@@ -13,6 +13,7 @@ from echoplan.io.feature_map import read_map, write_map
 from echoplan.io.files import check_folder, read_text, write_bytes, write_text, written_whole
 from echoplan.io.geojson import write_geojson
 from echoplan.io.grid_map import read_grid, write_grid
+from echoplan.io.localisation import write_localisation
 from echoplan.io.recorder import Recorder
 from echoplan.io.recording import RecordingFolder, read_recording, write_recording
 from echoplan.io.rig import format_rig, read_conventions, read_rig, write_rig
@@ -46,6 +47,7 @@ __all__ = [
     "write_dxf",
     "write_geojson",
     "write_grid",
+    "write_localisation",
     "write_map",
     "write_recording",
     "write_rig",

@@ -22,6 +22,8 @@ __all__ = ["known_landmarks", "prior_of_map"]
 
 # Log-likelihood ratio of a landmark of the map [nats]: it stays even if it is not detected again.
 _CERTAIN = 1e4
+# Least standard deviation of a parameter of a landmark [m or rad]: some methods write maps without uncertainties.
+_FLOOR = 1e-4
 
 
 def known_landmarks(feature_map: FeatureMap) -> tuple[list[Hypothesis], list[FloatArray]]:
@@ -49,8 +51,9 @@ def prior_of_map(feature_map: FeatureMap, pose: FloatArray, *, sigmas: FloatArra
     Covariances between landmarks are not in the file of a map: they count as zero.
     """
     landmarks, covariances = known_landmarks(feature_map)
+    floored = [each + _FLOOR**2 * np.eye(len(each)) for each in covariances]
     nothing = np.zeros((len(SONAR_UNKNOWNS), len(SONAR_UNKNOWNS)))
-    information = block_diag(*map(np.linalg.inv, covariances), nothing, np.diag(sigmas**-2.0))
+    information = block_diag(*map(np.linalg.inv, floored), nothing, np.diag(sigmas**-2.0))
     values = np.concatenate([*(each.parameters for each in landmarks), np.zeros(len(SONAR_UNKNOWNS)), pose])
     return MarginalPrior(
         features=landmarks,

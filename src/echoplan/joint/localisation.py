@@ -75,7 +75,8 @@ def localise(
     Raises
     ------
     InvalidValueError
-        If the map has no walls, there is no sweep, or a part of the recording fits the map nowhere.
+        If the map has no walls, there is no sweep, a part of the recording fits the map nowhere, or it does not begin
+        at the start.
     """
     settings = settings or JointSettings()
     estimate, stations = _initial(sweeps, rig, settings=settings)
@@ -167,28 +168,33 @@ class _Search:
         pose, score = locate(self.scans[station], self.landmark_map, guess, sigmas, self.settings.localisation)
         return _Track(track.first, np.append(track.poses, [pose], axis=0), np.append(track.scores, score))
 
-    def is_elsewhere(self, before: Sequence[_Track], tracks: Sequence[_Track]) -> bool:
-        """Return True if the last station of ``tracks`` and those after it fit clearly better without odometry to it.
+    def hardly_fits(self, track: _Track) -> bool:
+        """Return True if the last station of a track may have been made elsewhere."""
+        perfect = best_score(self.scans[track.first + len(track.poses) - 1], self.settings.localisation)
+        return bool(track.scores[-1] < _LOST * perfect)
 
-        This is checked only if the station hardly fits. Any pose of the grid may be the next one, which costs the
-        logarithm of their number. ``before`` are the tracks up to the station before it.
+    def is_elsewhere(self, tracks: Sequence[_Track], *, before: Sequence[_Track] = ()) -> bool:
+        """Return True if the last station of ``tracks`` and those after it fit clearly better anywhere else.
+
+        Any pose of the grid may be the next one, which costs the logarithm of their number. ``before`` are the tracks
+        up to the station before it.
         """
         station = tracks[0].first + len(tracks[0].poses) - 1
-        if tracks[0].scores[-1] >= _LOST * best_score(self.scans[station], self.settings.localisation):
-            return False
         anew, onward = self.begun(station), tracks
         for later in range(station + 1, min(station + _LOOK_AHEAD, len(self.scans))):
             anew, onward = self.continued(anew, later), self.continued(onward, later)
-        best, led, past = (max(each.scores.sum() for each in some) for some in (anew, onward, before))
+        best, led, past = (max((each.scores.sum() for each in some), default=0.0) for some in (anew, onward, before))
         return bool(best - math.log(len(self.grid)) > led - past + VERY_STRONG)
 
 
 def _followed(search: _Search, start: FloatArray | None) -> list[list[_Track]]:
     """Return the tracks of each part of the recording that odometry connects, the best first."""
     parts = [search.begun(0, start)]
+    if start is not None and search.is_elsewhere(parts[0]):
+        raise InvalidValueError("the recording does not begin there, but elsewhere in the map")
     for station in range(1, len(search.scans)):
         tracks = search.continued(parts[-1], station)
-        if search.is_elsewhere(parts[-1], tracks):
+        if search.hardly_fits(tracks[0]) and search.is_elsewhere(tracks, before=parts[-1]):
             parts.append(search.begun(station))
         else:
             parts[-1] = tracks

@@ -2,21 +2,26 @@
 
 from echoplan.mapping.exports import EXPORTS, Exportable, ExportFormat, export_formats, export_map
 from echoplan.mapping.folder import PICTURES, RESULTS, results_folder
+from echoplan.mapping.locate import LOCATED, LocateResult, locate_source, located_formats
 from echoplan.mapping.progress import SILENT, Progress
 from echoplan.mapping.result import MapResult
 from echoplan.mapping.run import map_source
 
 __all__ = [
     "EXPORTS",
+    "LOCATED",
     "PICTURES",
     "RESULTS",
     "SILENT",
     "ExportFormat",
     "Exportable",
+    "LocateResult",
     "MapResult",
     "Progress",
     "export_formats",
     "export_map",
+    "locate_source",
+    "located_formats",
     "map_source",
     "results_folder",
 ]

@@ -5,6 +5,7 @@ from echoplan.viewer.floor_plan import floor_plan_pdf, floor_plan_png
 from echoplan.viewer.gallery import Exhibit, Gallery, gallery_html
 from echoplan.viewer.learning import learned_in_words
 from echoplan.viewer.listening import EchoListener
+from echoplan.viewer.locating import localisation_lines
 from echoplan.viewer.pictures import PAPER_FIGURES, map_picture, paper_pictures
 from echoplan.viewer.plan import Plan
 from echoplan.viewer.quality import quality_lines
@@ -33,6 +34,7 @@ __all__ = [
     "found_in_words",
     "gallery_html",
     "learned_in_words",
+    "localisation_lines",
     "map_picture",
     "opening_table",
     "paper_pictures",

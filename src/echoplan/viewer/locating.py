@@ -1,0 +1,46 @@
+"""Localisations in words."""
+
+import math
+
+from echoplan.model import Localisation, Quality, Verdict
+
+__all__ = ["localisation_lines"]
+
+_HEADLINES = {
+    Verdict.GOOD: "Located: {share:.0f} % of the echoes fit the map.",
+    Verdict.DOUBTFUL: "Located, but doubtful:",
+    Verdict.FAILED: "Not located: the poses are wrong.",
+}
+
+
+def localisation_lines(localisation: Localisation, quality: Quality) -> tuple[str, ...]:
+    """Say where a recording was made in a map, and whether that can be trusted, a line each.
+
+    Parameters
+    ----------
+    localisation : Localisation
+        The poses.
+    quality : Quality
+        Whether they can be trusted.
+
+    Returns
+    -------
+    tuple of str
+        The verdict first.
+    """
+    step = (f"Next step: {quality.next_step}",) if quality.next_step else ()
+    headline = _HEADLINES[quality.verdict].format(share=100.0 * localisation.inlier_ratio)
+    sweeps = localisation.sweeps.tolist()
+    elsewhere = (
+        f"The robot was carried elsewhere between sweeps {sweeps[sweeps.index(each) - 1]} and {each}."
+        for each in localisation.kidnapped
+    )
+    ends = (f"{name}: {_pose(localisation, place)}" for name, place in (("First pose", 0), ("Last pose", -1)))
+    return (headline, *quality.reasons, *step, *elsewhere, *ends)
+
+
+def _pose(localisation: Localisation, place: int) -> str:
+    x, y, yaw = localisation.poses[place]
+    sigmas = localisation.covariances[place].diagonal() ** 0.5
+    position = f"x {x:.3f} ± {1.96 * sigmas[0]:.3f} m, y {y:.3f} ± {1.96 * sigmas[1]:.3f} m"
+    return f"{position}, yaw {math.degrees(yaw):.1f} ± {math.degrees(1.96 * sigmas[2]):.1f}°"
