@@ -199,9 +199,10 @@ def locate_source(
     except InvalidValueError as error:
         remedy = "check that the map is of this place" if first is None else "correct the start, or leave it out"
         raise InputError(name, str(error), remedy=remedy) from None
+    quality = assess_localisation(found, known)
     there = replace(
         known,
-        quality=None,
+        quality=quality,
         openings=(),
         unobserved=(),
         sweeps=found.sweeps,
@@ -212,7 +213,7 @@ def locate_source(
         run=Run(source=name, method="joint"),
         feature_map=there,
         localisation=found,
-        quality=assess_localisation(found, known),
+        quality=quality,
         rig=opened.rig,
         sweeps=sweeps,
     )
