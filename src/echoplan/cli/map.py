@@ -29,7 +29,7 @@ __all__ = ["run"]
 
 
 def run(
-    source: Annotated[str, typer.Argument(help=SOURCE_HELP)],
+    source: Annotated[list[str], typer.Argument(help=f"{SOURCE_HELP} Several of one place make one map.")],
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the map.")],
     method: Annotated[
         str | None,
@@ -53,9 +53,9 @@ def run(
     field: FieldOption = None,
     mount: MountOption = None,
 ) -> None:
-    """Map a recording: map.json, map.svg, report.html and the settings of the run.
+    """Map a recording, or several of one place: map.json, map.svg, report.html and the settings of the run.
 
-    Example: echoplan map rec/ --out map/
+    Examples: echoplan map rec/ --out map/, echoplan map monday/ tuesday/ --out map/
     """
     from echoplan.io import check_folder  # noqa: PLC0415 - --help must not wait for NumPy
     from echoplan.mapping import RESULTS, export_formats, map_source  # noqa: PLC0415
@@ -64,9 +64,10 @@ def run(
     settings, method = _settings(config, method=method, poses=poses)
     exports = export_formats(export.split(",") if export else ())
     check_folder(out, [*RESULTS, *(name for each in exports for name in each.files)])
-    opened = open_source(source, bag=bag_options(topic, odom, field, mount))
-    put_notes(opened)
-    result = map_source(opened, name=source, method=method, settings=settings, progress=TerminalProgress())
+    opened = [open_source(each, bag=bag_options(topic, odom, field, mount)) for each in source]
+    for each in opened:
+        put_notes(each)
+    result = map_source(opened, name=" ".join(source), method=method, settings=settings, progress=TerminalProgress())
     say_what_was_found(result.plan)
     if why:
         _say_why(result.decisions)

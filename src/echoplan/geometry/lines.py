@@ -156,7 +156,7 @@ def path_crossings(line: FloatArray, path_xy: FloatArray) -> FloatArray:
     line : ndarray, shape (2,)
         ``(normal_angle, offset)`` [rad, m].
     path_xy : ndarray, shape (p, 2)
-        Points of the path, straight from each to the next [m].
+        Points of the path, straight from each to the next [m]; a row of NaN interrupts it.
 
     Returns
     -------
@@ -172,4 +172,4 @@ def path_crossings(line: FloatArray, path_xy: FloatArray) -> FloatArray:
     crossed = (depths[:-1] > 0.0) != (depths[1:] > 0.0)
     before, after = depths[:-1][crossed], depths[1:][crossed]
     crossings: FloatArray = places[:-1][crossed] + np.diff(places)[crossed] * before / (before - after)
-    return crossings
+    return crossings[np.isfinite(crossings)]

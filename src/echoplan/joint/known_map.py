@@ -15,15 +15,17 @@ from echoplan.joint.likelihood.track_history import TrackHistory
 from echoplan.joint.marginal_prior import MarginalPrior
 from echoplan.joint.optimisation.factors import InformationPrior
 from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS
-from echoplan.joint.pose_status import PoseModel
+from echoplan.joint.pose_status import PoseModel, PoseReason, PoseStatus
 from echoplan.model import ClassProbabilities, CornerKind, FeatureMap, Wall
 
-__all__ = ["known_landmarks", "prior_of_map"]
+__all__ = ["known_landmarks", "prior_of_map", "resumed"]
 
 # Log-likelihood ratio of a landmark of the map [nats]: it stays even if it is not detected again.
 _CERTAIN = 1e4
 # Least standard deviation of a parameter of a landmark [m or rad]: some methods write maps without uncertainties.
 _FLOOR = 1e-4
+# Standard deviations of a first pose that scan matching found [m, m, rad].
+_FOUND = np.array([0.05, 0.05, np.radians(3.0)])
 
 
 def known_landmarks(feature_map: FeatureMap) -> tuple[list[Hypothesis], list[FloatArray]]:
@@ -44,25 +46,53 @@ def known_landmarks(feature_map: FeatureMap) -> tuple[list[Hypothesis], list[Flo
     return landmarks, [covariance for _, _, covariance in rows]
 
 
-def prior_of_map(feature_map: FeatureMap, pose: FloatArray, *, sigmas: FloatArray, noise: float) -> MarginalPrior:
-    """Return the prior of an estimate that goes on in a map, from a first pose with standard deviations.
+def prior_of_map(feature_map: FeatureMap, pose: FloatArray, *, noise: float) -> MarginalPrior:
+    """Return the prior of an estimate that goes on in a map, from a first pose that scan matching found.
 
-    ``pose`` and ``sigmas`` have shape (3,) [m, m, rad]; ``noise`` is the standard deviation of a reading [m].
+    ``pose`` has shape (3,) [m, m, rad]; ``noise`` is the standard deviation of a reading [m].
     Covariances between landmarks are not in the file of a map: they count as zero.
     """
     landmarks, covariances = known_landmarks(feature_map)
     floored = [each + _FLOOR**2 * np.eye(len(each)) for each in covariances]
     nothing = np.zeros((len(SONAR_UNKNOWNS), len(SONAR_UNKNOWNS)))
-    information = block_diag(*map(np.linalg.inv, floored), nothing, np.diag(sigmas**-2.0))
+    information = block_diag(*map(np.linalg.inv, floored), nothing, np.diag(_FOUND**-2.0))
     values = np.concatenate([*(each.parameters for each in landmarks), np.zeros(len(SONAR_UNKNOWNS)), pose])
     return MarginalPrior(
         features=landmarks,
         summary=InformationPrior(np.arange(len(values)), information, information @ values),
         poses=pose[None],
         pose_model=PoseModel.ODOMETRY,
+        pose_status=PoseStatus(reason=PoseReason.ODOMETRY),
         noise=noise,
         issued=len(landmarks),
         is_known_map=True,
+    )
+
+
+def resumed(prior: MarginalPrior, pose: FloatArray) -> MarginalPrior:
+    """Return the prior of an estimate that goes on with another recording, all stations so far being marginalised.
+
+    Landmarks keep their histories and their joint information. The sonar begins anew, as the air may have another
+    temperature; its scale keeps the prior of a drive, since the robot may leave what is known. ``pose`` is the first
+    one of the recording, shape (3,) [m, m, rad].
+    """
+    count = sum(len(each.parameters) for each in prior.features)
+    known = prior.summary.marginalised_onto(np.arange(count))
+    nothing = np.zeros((len(SONAR_UNKNOWNS), len(SONAR_UNKNOWNS)))
+    information = np.diag(_FOUND**-2.0)
+    return MarginalPrior(
+        features=prior.features,
+        summary=InformationPrior(
+            np.arange(count + len(nothing) + 3),
+            block_diag(known.information, nothing, information),
+            np.concatenate([known.vector, np.zeros(len(nothing)), information @ pose]),
+        ),
+        echoes=prior.echoes,
+        poses=pose[None],
+        pose_model=PoseModel.ODOMETRY,
+        pose_status=PoseStatus(reason=PoseReason.ODOMETRY),
+        noise=prior.noise,
+        issued=prior.issued,
     )
 
 

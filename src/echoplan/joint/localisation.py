@@ -33,8 +33,8 @@ from echoplan.preprocessing.stations import Stations, at_stations, group_sweeps,
 
 __all__ = ["localise"]
 
-# Standard deviations of a start that the user gives, and of one that was found by scan matching [m, m, rad].
-_GIVEN, _FOUND = np.array([0.1, 0.1, math.radians(10.0)]), np.array([0.05, 0.05, math.radians(3.0)])
+# Standard deviations of a start that the user gives [m, m, rad].
+_GIVEN = np.array([0.1, 0.1, math.radians(10.0)])
 # Score below the best one at which a start is given up [nats].
 _GIVEN_UP = 30.0
 # Number of starts that are followed.
@@ -94,7 +94,7 @@ def localise(
     firsts = own[[tracks[0].first for tracks in parts]]
     found = []
     for tracks, some in zip(parts, np.split(np.arange(len(sweeps)), firsts[1:]), strict=True):
-        prior = prior_of_map(feature_map, tracks[0].poses[0], sigmas=_FOUND, noise=estimate.first_noise)
+        prior = prior_of_map(feature_map, tracks[0].poses[0], noise=estimate.first_noise)
         mapper = JointMapper(rig, settings, prior=prior)
         for number in some:
             mapper.add(sweeps[number])

@@ -12,6 +12,7 @@ from echoplan.arrays import FloatArray
 from echoplan.joint.calibration import calibration
 from echoplan.joint.estimate import Estimate
 from echoplan.joint.initial_estimate import initial_estimate
+from echoplan.joint.known_map import resumed
 from echoplan.joint.map_extraction.openings import openings_of, unobserved_of
 from echoplan.joint.marginal_prior import MarginalPrior
 from echoplan.joint.marginalisation import marginalise, survey
@@ -55,6 +56,8 @@ class JointMapper:
         self._sweeps: list[Sweep] = []
         self._measurements: list[Measurements] = []
         self._first_station = 0
+        # Places in the list of sweeps at which another recording begins.
+        self._beginnings: list[int] = []
 
     def add(self, sweep: Sweep) -> None:
         """Add a sweep; marginalise the oldest stations once the window is full.
@@ -74,6 +77,23 @@ class JointMapper:
         if len(stations.poses) > window.stations + window.stride:
             with _one_thread():
                 self._let_go(stations, window.stride)
+
+    def begin_recording(self, pose: FloatArray) -> None:
+        """Go on with another recording of the same place: all stations so far are marginalised.
+
+        Its poses may be in a frame of their own; they count as those of odometry.
+
+        Parameters
+        ----------
+        pose : ndarray, shape (3,)
+            Pose of its first sweep in the frame of the map [m, m, rad], right to 0.1 m and some degrees, as
+            ``localise`` finds it.
+        """
+        stations = self._stations()
+        with _one_thread():
+            self._let_go(stations, len(stations.poses))
+        self._marginal_prior = resumed(self._marginal_prior, pose)
+        self._beginnings.append(len(self._indices))
 
     def result(self) -> FeatureMap:
         """Estimate the map from all sweeps so far.
@@ -99,7 +119,8 @@ class JointMapper:
         stations = self._stations()
         estimate = self._estimate(stations)
         posed = joined([*self._done, self._posed(estimate, stations)])
-        path_xy = posed.poses[:, :2] if self.settings.segments.driven else np.zeros((0, 2))
+        driven = np.insert(posed.poses[:, :2], self._beginnings, np.nan, axis=0)
+        path_xy = driven if self.settings.segments.driven else np.zeros((0, 2))
         found = survey(estimate, path_xy)
         gaps = found.gaps(path_xy)
         learned = {

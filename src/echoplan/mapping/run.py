@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
-from os import PathLike, fspath
+from os import PathLike
 
 from pydantic import BaseModel
 
@@ -14,17 +14,18 @@ from echoplan.io.structure import validated
 from echoplan.io.truth import as_truth
 from echoplan.joint.trace import collect_events
 from echoplan.mapping.progress import SILENT, Progress
+from echoplan.mapping.recordings import OneOrSeveral, map_recordings, read_recordings
 from echoplan.mapping.result import MapResult
-from echoplan.methods import find_method, grid_of, map_sweeps, observations_of
-from echoplan.model import Source, Sweep, Truth
-from echoplan.sources import as_source, conventions_of, find_truth, has_rig_file
+from echoplan.methods import find_method, grid_of, observations_of
+from echoplan.model import Sweep, Truth
+from echoplan.sources import conventions_of, find_truth, has_rig_file
 from echoplan.viewer import EchoListener, Plan, decisions_in_words
 
 __all__ = ["map_source"]
 
 
 def map_source(
-    source: Source | str | PathLike[str],
+    source: OneOrSeveral,
     *,
     method: str = "joint",
     settings: BaseModel | Mapping[str, object] | None = None,
@@ -32,12 +33,14 @@ def map_source(
     name: str | None = None,
     progress: Progress = SILENT,
 ) -> MapResult:
-    """Map a source and assess the map.
+    """Map a source, or several recordings of one place, and assess the map.
 
     Parameters
     ----------
-    source : Source or str or Path
-        What ``echoplan.open`` returns, or what it takes: a recording's folder, a bag, or ``sim:WORLD``.
+    source : Source or str or Path, or list of them
+        What ``echoplan.open`` returns, or what it takes: a recording's folder, a bag, or ``sim:WORLD``.  Of several
+        recordings, each may have poses in a frame of its own, and must begin where another one was; the map is in the
+        frame of the first one.
     method : str, optional
         Name of the method, one of ``METHODS``.
     settings : BaseModel or mapping, optional
@@ -68,13 +71,12 @@ def map_source(
     >>> len(result.walls), result.evaluate().matches.by_class["wall"].tally.found
     (4, 4)
     """
-    opened = as_source(source)
-    name = name or (fspath(source) if isinstance(source, str | PathLike) else opened.name)
+    read = read_recordings(source, progress=progress)
+    opened, rig = read.first, read.first.rig
     truth = find_truth(opened) if truth is None else as_truth(truth)
     chosen = find_method(method)
     settings = _checked(settings, chosen.settings_type)
-    sweeps = tuple(progress.track(opened, total=len(opened), task="reading"))
-    mapper, listener = chosen.build(opened.rig, settings), EchoListener(opened.rig)
+    mapper, listener = chosen.build(rig, settings), EchoListener(rig)
     mapped: list[Sweep] = []
     with collect_events() as events, ExitStack() as shown:
 
@@ -84,16 +86,18 @@ def map_source(
             yield from listener.listen(progress.track(cleaned, total=len(cleaned), task="mapping"))
             shown.enter_context(progress.busy("putting the map together"))
 
-        found = map_sweeps(mapper, sweeps, follow=follow)
+        found = map_recordings(mapper, read, follow=follow)
     conventions = conventions_of(opened)
     with progress.busy("checking the map"):
-        quality = assess(found, opened.rig, sweeps, conventions=conventions, has_rig_file=has_rig_file(opened))
+        # Several recordings have one frame only once they are mapped.
+        sweeps = read.sweeps[0] if len(read.sweeps) == 1 else mapped
+        quality = assess(found, rig, sweeps, conventions=conventions, has_rig_file=has_rig_file(opened))
         found = replace(found, quality=quality)
     offset_xy = (float(mapper.origin_xy[0]), float(mapper.origin_xy[1]))
     decisions = decisions_in_words([each.translated(offset_xy) for each in events], found)
     return MapResult(
         title=f"Map of {opened.name}",
-        run=Run(source=name, method=method),
+        run=Run(source=name or " ".join(read.names), method=method),
         settings={"method": settings},
         plan=Plan(
             feature_map=found,
@@ -102,7 +106,7 @@ def map_source(
             echoes_xy=listener.points_xy,
             conventions=conventions,
         ),
-        rig=opened.rig,
+        rig=rig,
         sweeps=tuple(mapped),
         decisions=decisions,
         grid=grid_of(mapper),

@@ -7,6 +7,7 @@ import numpy as np
 from echoplan.arrays import FloatArray
 from echoplan.classical.features import Observation
 from echoplan.errors import InvalidValueError
+from echoplan.joint.mapper import JointMapper
 from echoplan.methods.mapper import Mapper, grid_of, needs_places, observations_of, points_of
 from echoplan.model import FeatureMap, OccupancyGrid, Rig, Sweep, translated
 
@@ -58,6 +59,23 @@ class LocalMapper:
         self.mapper.add(replace(sweep, map_from_base=sweep.map_from_base - np.append(origin_xy, 0.0)))
         self._origin_xy, self._last = origin_xy, sweep
 
+    def begin_recording(self, pose: FloatArray) -> None:
+        """Go on with another recording of the same place.
+
+        Parameters
+        ----------
+        pose : ndarray, shape (3,)
+            Pose of its first sweep in the frame of the map [m, m, rad].
+
+        Raises
+        ------
+        InvalidValueError
+            If the mapper maps one recording only.
+        """
+        if not isinstance(self.mapper, JointMapper):
+            raise InvalidValueError("the method maps one recording only")
+        self.mapper.begin_recording(pose - np.append(self._origin_xy, 0.0))
+
     def result(self) -> FeatureMap:
         """Make the map of all sweeps so far.
 
@@ -67,6 +85,11 @@ class LocalMapper:
             In the frame of the sweeps.
         """
         return translated(self.mapper.result(), self._origin_xy)
+
+    @property
+    def maps_several(self) -> bool:
+        """Whether the mapper maps several recordings of one place."""
+        return isinstance(self.mapper, JointMapper)
 
     @property
     def needs_places(self) -> bool:
