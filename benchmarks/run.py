@@ -62,6 +62,7 @@ BENCHMARKS = (
     "heads.py 8 --poses exact",
     "heads.py 8 --poses 'by hand'",
     "lone_corners.py",
+    "localisation.py",
     "verdicts.py 40",
 )
 RECORDINGS, CORRIDOR = "recordings.py", "corridor.py"

@@ -27,7 +27,7 @@ from echoplan.joint.search.global_search import apart, find_poses, pose_grid
 from echoplan.joint.search.scan_matching import LandmarkMap, LocalScan, best_score, locate
 from echoplan.joint.settings import EstimateSettings
 from echoplan.joint.trajectory import joined
-from echoplan.model import FeatureMap, Localisation, Rig, StartPose, Stretch, Sweep
+from echoplan.model import FeatureMap, Localisation, Rig, StartPose, Stretch, Sweep, translated
 from echoplan.preprocessing.measurements import join_measurements, measurements_of
 from echoplan.preprocessing.stations import Stations, at_stations, group_sweeps, without_repeats
 
@@ -75,20 +75,24 @@ def localise(
     Raises
     ------
     InvalidValueError
-        If the map has no walls, there is no sweep, a part of the recording fits the map nowhere, or it does not begin
-        at the start.
+        If the map has no walls, there is no sweep, the first station fits the map nowhere or not at the start, or the
+        map is too large to be searched without a start.
     """
-    settings = settings or JointSettings()
+    if not feature_map.walls:
+        raise InvalidValueError("the map has no walls")
+    # Coordinates of a country are so large that rounding would ruin the normal equations.
+    origin = np.append(np.round(feature_map.walls[0].endpoints_xy[0]), 0.0)
+    feature_map, settings = translated(feature_map, -origin[:2]), settings or JointSettings()
     estimate, stations = _initial(sweeps, rig, settings=settings)
     landmarks, _ = known_landmarks(feature_map)
     search = _Search(
         scans=local_scans_of(estimate),
         landmark_map=LandmarkMap.of(landmarks),
-        grid=pose_grid(np.array([wall.endpoints_xy for wall in feature_map.walls]).reshape(-1, 2)),
+        grid=pose_grid(np.concatenate([wall.endpoints_xy for wall in feature_map.walls])),
         priors=odometry_prior(stations.poses, settings.pose_errors, estimate.odometry_noise),
         settings=settings,
     )
-    parts = _followed(search, start)
+    parts = _followed(search, None if start is None else start - origin)
     # First sweep of each station, and of each part.
     own = np.unique(stations.numbers, return_index=True)[1]
     firsts = own[[tracks[0].first for tracks in parts]]
@@ -104,9 +108,9 @@ def localise(
     there = replace(estimate, poses=whole.poses[own], measurements=measurements, features=landmarks)
     return Localisation(
         sweeps=whole.sweeps,
-        poses=whole.poses,
+        poses=whole.poses + origin,
         covariances=whole.covariances,
-        stretches=_stretches(parts, whole.sweeps[firsts]),
+        stretches=_stretches(parts, whole.sweeps[firsts], origin=origin),
         inlier_ratio=inlier_ratio(replace(there, features=there.refreshed())),
     )
 
@@ -141,18 +145,13 @@ class _Search:
     settings: EstimateSettings
 
     def begun(self, station: int, start: FloatArray | None = None) -> list[_Track]:
-        """Return the poses at which a station fits, near a start or anywhere, the best first.
-
-        Raises ``InvalidValueError`` if there is none.
-        """
+        """Return the poses at which a station fits, near a start or anywhere, the best first; there may be none."""
         scan, settings = self.scans[station], self.settings.localisation
         if start is None:
             poses, scores = find_poses(scan, self.landmark_map, grid=self.grid, settings=settings)
         else:
             pose, score = locate(scan, self.landmark_map, start, _GIVEN, settings)
             poses, scores = pose[None], np.array([score])
-        if not len(poses):
-            raise InvalidValueError("the echoes fit the map nowhere")
         return [_Track(station, pose[None], score[None]) for pose, score in zip(poses, scores, strict=True)]
 
     def continued(self, tracks: Sequence[_Track], station: int) -> list[_Track]:
@@ -181,17 +180,29 @@ class _Search:
         """
         station = tracks[0].first + len(tracks[0].poses) - 1
         anew, onward = self.begun(station), tracks
+        if not anew:
+            return False
         for later in range(station + 1, min(station + _LOOK_AHEAD, len(self.scans))):
             anew, onward = self.continued(anew, later), self.continued(onward, later)
         best, led, past = (max((each.scores.sum() for each in some), default=0.0) for some in (anew, onward, before))
         return bool(best - math.log(len(self.grid)) > led - past + VERY_STRONG)
 
 
+def _begun(search: _Search, start: FloatArray | None) -> list[_Track]:
+    """Return the poses at which the first station fits, the best first; raise ``InvalidValueError`` if it does not."""
+    if start is None and not len(search.grid):
+        raise InvalidValueError("the map is too large to be searched everywhere: a start is needed")
+    tracks = search.begun(0, start)
+    if not tracks:
+        raise InvalidValueError("the echoes fit the map nowhere")
+    if start is not None and search.is_elsewhere(tracks):
+        raise InvalidValueError("the recording does not begin there, but elsewhere in the map")
+    return tracks
+
+
 def _followed(search: _Search, start: FloatArray | None) -> list[list[_Track]]:
     """Return the tracks of each part of the recording that odometry connects, the best first."""
-    parts = [search.begun(0, start)]
-    if start is not None and search.is_elsewhere(parts[0]):
-        raise InvalidValueError("the recording does not begin there, but elsewhere in the map")
+    parts = [_begun(search, start)]
     for station in range(1, len(search.scans)):
         tracks = search.continued(parts[-1], station)
         if search.hardly_fits(tracks[0]) and search.is_elsewhere(tracks, before=parts[-1]):
@@ -201,11 +212,16 @@ def _followed(search: _Search, start: FloatArray | None) -> list[list[_Track]]:
     return parts
 
 
-def _stretches(parts: Sequence[Sequence[_Track]], sweeps: IntArray) -> tuple[Stretch, ...]:
-    """Return the possible first poses of each part of a recording; ``sweeps`` are the numbers of their first sweeps."""
+def _stretches(parts: Sequence[Sequence[_Track]], sweeps: IntArray, *, origin: FloatArray) -> tuple[Stretch, ...]:
+    """Return the possible first poses of each part of a recording, of which ``sweeps`` are the first sweeps.
+
+    ``origin`` is that of the frame of the tracks in the frame of the map, with yaw 0, shape (3,) [m, m, rad].
+    """
     stretches = []
     for tracks, first in zip(parts, sweeps.tolist(), strict=True):
         weights = softmax([each.scores.sum() for each in tracks]).tolist()
-        starts = [StartPose(pose=each.poses[0], weight=weight) for each, weight in zip(tracks, weights, strict=True)]
+        starts = (
+            StartPose(pose=each.poses[0] + origin, weight=weight) for each, weight in zip(tracks, weights, strict=True)
+        )
         stretches.append(Stretch(first=first, starts=tuple(starts)))
     return tuple(stretches)

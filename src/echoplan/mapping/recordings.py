@@ -72,20 +72,16 @@ def read_recordings(source: OneOrSeveral, *, progress: Progress) -> Recordings:
     Raises
     ------
     InputError
-        If a source cannot be used, or several have different sensors.
+        If a source cannot be used.
     """
     several = [*source] if isinstance(source, list | tuple) else [cast("Source | str | PathLike[str]", source)]
     sources = tuple(as_source(each) for each in several)
-    for each in sources[1:]:
-        if each.rig.sensors != sources[0].rig.sensors:
-            problem = f"its sensors are not those of {sources[0].name}"
-            raise InputError(each.name, problem, remedy="map it alone, or correct its rig.toml")
     names = (
         fspath(one) if isinstance(one, str | PathLike) else opened.name
         for one, opened in zip(several, sources, strict=True)
     )
-    sweeps = (tuple(progress.track(each, total=len(each), task="reading")) for each in sources)
-    return Recordings(names=tuple(names), sources=sources, sweeps=tuple(sweeps))
+    sweeps = tuple(tuple(progress.track(each, total=len(each), task="reading")) for each in sources)
+    return Recordings(names=tuple(names), sources=sources, sweeps=sweeps)
 
 
 def map_recordings(
@@ -113,12 +109,12 @@ def map_recordings(
     Raises
     ------
     InputError
-        If the method maps one recording only, or one of several has no positions, or begins where those before it show
-        too little.
+        If several recordings are to be mapped, and the method maps one only, or they have different sensors, or one has
+        no pings or no positions, or begins where those before it show too little.
     """
-    if len(recordings.sources) > 1 and not mapper.maps_several:
-        raise InputError("--method", "it maps one recording only", remedy="use joint for several recordings")
-    found, last = map_sweeps(mapper, recordings.sweeps[0], follow=follow), recordings.sweeps[0][-1]
+    if len(recordings.sources) > 1:
+        _check_several(mapper, recordings)
+    found, before = map_sweeps(mapper, recordings.sweeps[0], follow=follow), recordings.sweeps[0]
     for name, recorded in zip(recordings.names[1:], recordings.sweeps[1:], strict=True):
         faults = find_faults(recorded, mapper.rig)
         if faults.has_no_poses:
@@ -126,17 +122,29 @@ def map_recordings(
         sweeps = [sweep for sweep in clean_sweeps(recorded, mapper.rig, faults) if len(sweep)]
         start = _start(name, sweeps, known=found, rig=mapper.rig)
         mapper.begin_recording(start)
-        for sweep in follow(_after(last, sweeps, away=compose(start, invert(sweeps[0].station)))):
+        before = _after(before[-1], sweeps, away=compose(start, invert(sweeps[0].station)))
+        for sweep in follow(before):
             mapper.add(sweep)
-            last = sweep
         found = mapper.result()
     return found
 
 
-def _after(last: Sweep, sweeps: Sequence[Sweep], *, away: FloatArray) -> list[Sweep]:
+def _check_several(mapper: LocalMapper, recordings: Recordings) -> None:
+    """Refuse recordings that cannot be mapped together."""
+    if not mapper.maps_several:
+        raise InputError("--method", "it maps one recording only", remedy="use joint for several recordings")
+    for name, source, sweeps in zip(recordings.names, recordings.sources, recordings.sweeps, strict=True):
+        if source.rig.sensors != mapper.rig.sensors:
+            problem = f"its sensors are not those of {recordings.names[0]}"
+            raise InputError(name, problem, remedy="map it alone, or correct its rig.toml")
+        if not any(map(len, sweeps)):
+            raise InputError(name, "it has no pings", remedy="leave it out")
+
+
+def _after(last: Sweep, sweeps: Sequence[Sweep], *, away: FloatArray) -> tuple[Sweep, ...]:
     """Return sweeps with poses moved to the frame of the map, and with numbers and times after those of a sweep."""
     late = max(0, int(last.stamps_ns[-1]) + _PAUSE_NS - int(sweeps[0].stamps_ns[0]))
-    return [
+    return tuple(
         replace(
             sweep,
             index=last.index + 1 + number,
@@ -144,7 +152,7 @@ def _after(last: Sweep, sweeps: Sequence[Sweep], *, away: FloatArray) -> list[Sw
             map_from_base=compose(away, sweep.map_from_base),
         )
         for number, sweep in enumerate(sweeps)
-    ]
+    )
 
 
 def _start(name: str, sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig) -> FloatArray:

@@ -5,7 +5,6 @@ import math
 import numpy as np
 
 from echoplan.arrays import FloatArray
-from echoplan.errors import InvalidValueError
 from echoplan.geometry import wrap
 from echoplan.joint.search.scan_matching import LandmarkMap, LocalisationSettings, LocalScan, locate, score_poses
 
@@ -21,18 +20,20 @@ _NEXT = np.array([_STEP / 3.0, _STEP / 3.0, _TURN / 3.0])
 _SAME = (0.3, math.radians(15.0))
 # Number of poses that are refined.
 _MOST = 60
+# Number of poses that are compared in some ten seconds: in 1500 square metres.
+_MOST_POSES = 4_000_000
 
 
 def pose_grid(points_xy: FloatArray) -> FloatArray:
     """Return poses all over the rectangle about some points, in all directions, shape (p, 3) [m, m, rad].
 
-    Raises ``InvalidValueError`` if there are no points.
+    The rectangle is empty if they would be too many.
     """
-    if not len(points_xy):
-        raise InvalidValueError("the map has no walls")
     low, high = points_xy.min(axis=0), points_xy.max(axis=0)
     axes = [np.arange(first, last + _STEP, _STEP) for first, last in zip(low, high, strict=True)]
     turns = np.arange(-math.pi, math.pi, _TURN)
+    if len(axes[0]) * len(axes[1]) * len(turns) > _MOST_POSES:
+        return np.zeros((0, 3))
     return np.stack(np.meshgrid(*axes, turns, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
@@ -44,7 +45,7 @@ def find_poses(
     They are the best ones of a grid of shape (p, 3), each refined.
     """
     scores = score_poses(scan, landmark_map, poses=grid, tolerances=_TOLERANCES, settings=settings)
-    coarse = apart(grid, scores, most=_MOST)
+    coarse = [each for each in apart(grid, scores, most=_MOST) if scores[each] > 0.0]
     if not coarse:
         return np.zeros((0, 3)), np.zeros(0)
     found = [locate(scan, landmark_map, grid[each], _NEXT, settings) for each in coarse]
@@ -57,7 +58,7 @@ def apart(poses: FloatArray, scores: FloatArray, *, most: int) -> list[int]:
     """Return the indices of the best poses that differ from all better ones, the best first; at most ``most``."""
     kept: list[int] = []
     for index in np.argsort(-scores, kind="stable"):
-        if len(kept) == most or scores[index] <= 0.0:
+        if len(kept) == most:
             break
         away = poses[kept] - poses[index]
         near = np.hypot(away[:, 0], away[:, 1]) < _SAME[0]
