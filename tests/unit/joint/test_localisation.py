@@ -1,0 +1,141 @@
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from echoplan.arrays import FloatArray
+from echoplan.errors import InvalidValueError
+from echoplan.geometry import compose, invert, wrap
+from echoplan.io import builtin_rig
+from echoplan.joint.localisation import localise
+from echoplan.model import Cylinder, FeatureMap, Localisation, Pillar, Polyline, Route, Sweep, World
+from echoplan.simulation import Simulation
+from helpers import maps
+
+RIG = builtin_rig("rotary-array")
+SIDES = [[0.0, 0.0], [4.0, 0.0], [4.0, 2.8], [0.0, 2.8]]
+# Covariance of walls [rad, m] and of cylinders [m] of a map.
+OF_WALLS, OF_CYLINDERS = np.diag([1e-3, 1e-3]) ** 2, np.diag([1e-3, 1e-3, 1e-3]) ** 2
+POSES = np.array([[1.0, 1.0, 0.3], [1.5, 1.3, 0.8], [2.0, 1.5, 0.5], [2.5, 1.2, -0.4], [3.0, 1.0, 0.2]])
+FAR = np.array([[1.0, 2.2, 3.0], [0.7, 1.8, -1.7], [0.6, 1.2, -1.6], [1.0, 0.7, -0.5], [1.5, 0.6, 0.0]])
+
+
+def room_map(*discs: Cylinder) -> FeatureMap:
+    walls = [
+        maps.wall(one, other, covariance=OF_WALLS) for one, other in zip(SIDES, SIDES[1:] + SIDES[:1], strict=True)
+    ]
+    return maps.drawn(*walls, *discs)
+
+
+PILLAR = Cylinder(center_xy=np.array([3.2, 2.2]), radius=0.15, covariance=OF_CYLINDERS)
+ROOM, EMPTY = room_map(SIDES, PILLAR), room_map(SIDES)
+
+
+def recorded(poses: FloatArray, *, pillar: bool = True) -> list[Sweep]:
+    """Sweeps of a room, with poses in the frame of the first one, as odometry measures them."""
+    pillars = (Pillar(center_xy=PILLAR.center_xy, radius=PILLAR.radius),) if pillar else ()
+    world = World(name="room", polylines=(Polyline(points_xy=np.array(SIDES), closed=True),), pillars=pillars)
+    return in_own_frame(list(Simulation(world=world, rig=RIG, route=Route(map_from_base=poses), seed=3)))
+
+
+def in_own_frame(sweeps: Sequence[Sweep]) -> list[Sweep]:
+    away = invert(sweeps[0].station)
+    return [replace(sweep, map_from_base=compose(away, sweep.map_from_base)) for sweep in sweeps]
+
+
+@pytest.fixture(scope="module")
+def sweeps() -> list[Sweep]:
+    return recorded(POSES)
+
+
+@pytest.fixture(scope="module")
+def found(sweeps: list[Sweep]) -> Localisation:
+    """The recording in the map of its room, from an unknown start."""
+    return localise(sweeps, ROOM, rig=RIG)
+
+
+def distances(found: Localisation, true: FloatArray) -> FloatArray:
+    apart: FloatArray = np.hypot(*(found.poses - true)[:, :2].T)
+    return apart
+
+
+def test_a_recording_is_found_anywhere_in_the_map(found: Localisation) -> None:
+    assert found.sweeps.tolist() == [0, 1, 2, 3, 4]
+    assert distances(found, POSES).max() < 0.005
+    assert np.abs(wrap(found.poses[:, 2] - POSES[:, 2])).max() < math.radians(0.3)
+    assert (found.is_ambiguous, found.kidnapped) == (False, ())
+    assert found.inlier_ratio > 0.9
+
+
+def test_the_covariances_hold_the_errors(found: Localisation) -> None:
+    errors = found.poses - POSES
+    errors[:, 2] = wrap(errors[:, 2])
+    nees = [error @ np.linalg.solve(each, error) for error, each in zip(errors, found.covariances, strict=True)]
+    # The mean of five squared Mahalanobis distances in three dimensions exceeds this once in a thousand times.
+    assert np.mean(nees) < 7.5
+
+
+def test_a_start_nearby_leads_to_the_same_poses(found: Localisation, sweeps: list[Sweep]) -> None:
+    near = localise(sweeps, ROOM, rig=RIG, start=POSES[0] + [0.15, -0.1, 0.2])
+    assert near.poses == pytest.approx(found.poses, abs=1e-3)
+    assert [len(each.starts) for each in near.stretches] == [1]
+
+
+def test_a_start_elsewhere_is_refused(sweeps: list[Sweep]) -> None:
+    with pytest.raises(InvalidValueError, match="does not begin there"):
+        localise(sweeps, ROOM, rig=RIG, start=np.array([3.3, 0.5, -2.0]))
+
+
+def test_poses_are_in_the_frame_of_the_map_however_far_its_origin(found: Localisation, sweeps: list[Sweep]) -> None:
+    away = np.array([450_000.0, 5_400_000.0])
+    points = [[point + away for point in np.array(pair)] for pair in zip(SIDES, SIDES[1:] + SIDES[:1], strict=True)]
+    walls = [maps.wall(*pair, covariance=np.diag([1e-9, 1e-3]) ** 2) for pair in points]
+    far = maps.drawn(*walls, replace(PILLAR, center_xy=PILLAR.center_xy + away))
+    poses = localise(sweeps, far, rig=RIG).poses
+    assert poses[:, :2] - away == pytest.approx(found.poses[:, :2], abs=2e-3)
+
+
+def test_in_a_rectangle_two_opposite_poses_are_possible() -> None:
+    found = localise(recorded(POSES, pillar=False), EMPTY, rig=RIG)
+    assert found.is_ambiguous
+    (stretch,) = found.stretches
+    one, other = (each.pose for each in stretch.starts[:2])
+    assert np.hypot(*(one + other)[:2] - [4.0, 2.8]) < 0.05
+    assert abs(float(wrap(one[2] - other[2]))) == pytest.approx(math.pi, abs=0.02)
+    assert sum(each.weight for each in stretch.starts) == pytest.approx(1.0)
+
+
+def test_it_is_noticed_that_the_robot_was_carried_elsewhere() -> None:
+    # By odometry, the robot moved by 5 cm between both parts.
+    first, second = recorded(POSES), recorded(FAR)
+    away = compose(first[-1].station, [0.05, 0.0, 0.0])
+    moved = [replace(sweep, map_from_base=compose(away, sweep.map_from_base)) for sweep in second]
+    after = 10**9 + int(first[-1].stamps_ns[-1])
+    both = first + [replace(each, index=5 + n, stamps_ns=each.stamps_ns + after) for n, each in enumerate(moved)]
+    found = localise(both, ROOM, rig=RIG)
+    assert found.kidnapped == (5,)
+    assert distances(found, np.concatenate([POSES, FAR])).max() < 0.01
+
+
+def test_the_map_of_another_room_explains_few_echoes(sweeps: list[Sweep]) -> None:
+    sides = [[0.0, 0.0], [5.1, 0.0], [6.0, 3.5], [2.0, 4.4]]
+    walls = [
+        maps.wall(one, other, covariance=OF_WALLS) for one, other in zip(sides, sides[1:] + sides[:1], strict=True)
+    ]
+    assert localise(sweeps, maps.drawn(*walls), rig=RIG).inlier_ratio < 0.7
+
+
+def test_nothing_to_locate_is_refused(sweeps: list[Sweep]) -> None:
+    with pytest.raises(InvalidValueError, match="no walls"):
+        localise(sweeps, maps.drawn(), rig=RIG)
+    with pytest.raises(InvalidValueError, match="no sweep"):
+        localise([], ROOM, rig=RIG)
+
+
+def test_a_map_too_large_to_search_needs_a_start(sweeps: list[Sweep]) -> None:
+    large = maps.drawn(*ROOM.walls, PILLAR, maps.wall([300.0, 0.0], [300.0, 300.0], covariance=OF_WALLS))
+    with pytest.raises(InvalidValueError, match="a start is needed"):
+        localise(sweeps, large, rig=RIG)
+    assert distances(localise(sweeps, large, rig=RIG, start=POSES[0]), POSES).max() < 0.005
