@@ -19,14 +19,12 @@ SIDES = [[0.0, 0.0], [4.0, 0.0], [4.0, 2.8], [0.0, 2.8]]
 # Covariance of walls [rad, m] and of cylinders [m] of a map.
 OF_WALLS, OF_CYLINDERS = np.diag([1e-3, 1e-3]) ** 2, np.diag([1e-3, 1e-3, 1e-3]) ** 2
 POSES = np.array([[1.0, 1.0, 0.3], [1.5, 1.3, 0.8], [2.0, 1.5, 0.5], [2.5, 1.2, -0.4], [3.0, 1.0, 0.2]])
-FAR = np.array([[1.0, 2.2, 3.0], [0.7, 1.8, -1.7], [0.6, 1.2, -1.6], [1.0, 0.7, -0.5], [1.5, 0.6, 0.0]])
+FAR = np.array([[2.6, 2.3, -0.5], [2.4, 1.7, -0.3], [2.9, 1.5, 0.8], [3.3, 1.4, 1.5], [3.5, 1.7, 2.2]])
 
 
-def room_map(*discs: Cylinder) -> FeatureMap:
-    walls = [
-        maps.wall(one, other, covariance=OF_WALLS) for one, other in zip(SIDES, SIDES[1:] + SIDES[:1], strict=True)
-    ]
-    return maps.drawn(*walls, *discs)
+def room_map(corners: Sequence[Sequence[float]], *discs: Cylinder) -> FeatureMap:
+    pairs = zip(corners, [*corners[1:], corners[0]], strict=True)
+    return maps.drawn(*(maps.wall(*pair, covariance=OF_WALLS) for pair in pairs), *discs)
 
 
 PILLAR = Cylinder(center_xy=np.array([3.2, 2.2]), radius=0.15, covariance=OF_CYLINDERS)
@@ -120,11 +118,8 @@ def test_it_is_noticed_that_the_robot_was_carried_elsewhere() -> None:
 
 
 def test_the_map_of_another_room_explains_few_echoes(sweeps: list[Sweep]) -> None:
-    sides = [[0.0, 0.0], [5.1, 0.0], [6.0, 3.5], [2.0, 4.4]]
-    walls = [
-        maps.wall(one, other, covariance=OF_WALLS) for one, other in zip(sides, sides[1:] + sides[:1], strict=True)
-    ]
-    assert localise(sweeps, maps.drawn(*walls), rig=RIG).inlier_ratio < 0.7
+    other = room_map([[0.0, 0.0], [5.1, 0.0], [6.0, 3.5], [2.0, 4.4]])
+    assert localise(sweeps, other, rig=RIG).inlier_ratio < 0.7
 
 
 def test_nothing_to_locate_is_refused(sweeps: list[Sweep]) -> None:
