@@ -71,7 +71,7 @@ def test_the_way_between_two_recordings_is_no_path(mapped: Path) -> None:
 def test_a_recording_that_shares_too_little_is_refused(
     flat: ep.Simulation, recordings: list[Path], tmp_path: Path
 ) -> None:
-    other = written(tmp_path / "other", list(flat)[18:], rig=flat.rig, away=AWAY)
+    other = written(tmp_path / "other", list(flat)[22:], rig=flat.rig, away=AWAY)
     done = echoplan("map", recordings[0], other, "--out", tmp_path / "map")
     assert done.status == 2
     assert "other: it begins where the recordings before it show too little" in done.err

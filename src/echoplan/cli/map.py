@@ -55,7 +55,7 @@ def run(
 ) -> None:
     """Map a recording, or several of one place: map.json, map.svg, report.html and the settings of the run.
 
-    Examples: echoplan map rec/ --out map/, echoplan map monday/ tuesday/ --out map/
+    Example: echoplan map rec/ --out map/ (or, for one map of two: echoplan map monday/ tuesday/ --out map/)
     """
     from echoplan.io import check_folder  # noqa: PLC0415 - --help must not wait for NumPy
     from echoplan.mapping import RESULTS, export_formats, map_source  # noqa: PLC0415

@@ -21,8 +21,9 @@ from echoplan.sources import as_source
 
 __all__ = ["OneOrSeveral", "Recordings", "map_recordings", "read_recordings"]
 
-# A source or its name, or a list of them.
-OneOrSeveral: TypeAlias = Source | str | PathLike[str] | Sequence[Source | str | PathLike[str]]
+# A source or its name; one, or a list of them.
+AnySource: TypeAlias = Source | str | PathLike[str]
+OneOrSeveral: TypeAlias = AnySource | Sequence[AnySource]
 
 # Numbers of stations by which a recording is located, in this order: only its beginning may lie in the map.
 _STATIONS = (6, 4, 3)
@@ -74,7 +75,7 @@ def read_recordings(source: OneOrSeveral, *, progress: Progress) -> Recordings:
     InputError
         If a source cannot be used.
     """
-    several = [*source] if isinstance(source, list | tuple) else [cast("Source | str | PathLike[str]", source)]
+    several = list(source) if source and isinstance(source, list | tuple) else [cast("AnySource", source)]
     sources = tuple(as_source(each) for each in several)
     names = (
         fspath(one) if isinstance(one, str | PathLike) else opened.name

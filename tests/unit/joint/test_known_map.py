@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 
 from echoplan.acoustics.predicted_echo import Kind
-from echoplan.joint.known_map import known_landmarks, prior_of_map
+from echoplan.joint.known_map import known_landmarks, prior_of_map, resumed
+from echoplan.joint.marginal_prior import MarginalPrior
+from echoplan.joint.optimisation.factors import InformationPrior
 from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS
+from echoplan.model import CornerKind
 from helpers import maps
 
 COVARIANCE = np.diag([2e-3, 1e-3]) ** 2
@@ -19,6 +22,47 @@ def test_walls_on_one_line_are_one_landmark() -> None:
     places = sorted(wall.ends_xy[:, 0].tolist())
     assert places == pytest.approx([0.0, 2.9])
     assert np.array_equal(covariance, COVARIANCE)
+
+
+def test_parallel_walls_are_separate_landmarks() -> None:
+    front, back = maps.wall([0.0, 2.0], [1.0, 2.0]), maps.wall([0.0, 2.1], [1.0, 2.1])
+    opposite = maps.wall([1.0, 2.0], [0.0, 2.0])
+    landmarks, _ = known_landmarks(maps.drawn(front, back, opposite))
+    assert [each.reflector[1:3].round(6).tolist() for each in landmarks] == [
+        [round(wall.normal_angle, 6), round(wall.offset, 6)] for wall in (front, back, opposite)
+    ]
+
+
+def test_the_extent_of_a_wall_is_that_of_all_its_parts_whatever_their_direction() -> None:
+    # Three parts of an oblique line, from -2 to 0, from 0.5 to 1 and from 3 to 4 m along it.
+    along, foot = np.array([0.6, 0.8]), np.array([1.0, -2.0])
+    first = maps.wall(foot - 2.0 * along, foot)
+    parts = [replace(first, endpoints_xy=foot + np.outer(ends, along)) for ends in ([4.0, 3.0], [0.5, 1.0])]
+    (wall,), _ = known_landmarks(maps.drawn(parts[0], first, parts[1]))
+    assert np.sort(wall.ends_xy, axis=0) == pytest.approx(np.sort([foot - 2.0 * along, foot + 4.0 * along], axis=0))
+
+
+def test_a_landmark_is_as_soft_as_its_wall() -> None:
+    (wall,), _ = known_landmarks(maps.drawn(replace(maps.wall([0.0, 2.0], [1.0, 2.0]), reflection_loss=6.0)))
+    assert wall.reflector[3] == 6.0
+
+
+def test_a_convex_corner_is_an_edge() -> None:
+    convex = replace(maps.corner([1.0, 1.0]), kind=CornerKind.CONVEX, pings=1)
+    (edge,), _ = known_landmarks(maps.drawn(convex))
+    assert edge.kind is Kind.EDGE
+
+
+def test_a_cylinder_has_its_centre_radius_and_covariance() -> None:
+    covariance = np.diag([1e-3, 2e-3, 3e-3]) ** 2
+    column = replace(maps.cylinder([0.5, -1.5], 0.1), covariance=covariance)
+    (landmark,), (own,) = known_landmarks(maps.drawn(column))
+    assert landmark.reflector.tolist() == [Kind.CYLINDER, 0.5, -1.5, 0.1]
+    assert np.array_equal(own, covariance)
+
+
+def test_a_map_without_features_has_no_landmarks() -> None:
+    assert known_landmarks(maps.drawn(maps.corner([1.0, 1.0]))) == ([], [])
 
 
 def test_corners_count_only_if_they_were_detected() -> None:
@@ -46,3 +90,66 @@ def test_a_map_without_uncertainties_is_not_exact() -> None:
     wall = maps.wall([0.0, 2.0], [1.0, 2.0], covariance=np.zeros((2, 2)))
     information = prior_of_map(maps.drawn(wall), np.zeros(3), noise=0.004).summary.information
     assert np.isfinite(information).all()
+
+
+def whole_prior() -> MarginalPrior:
+    """The prior of a map of two walls, a detected corner and a cylinder."""
+    features = (
+        maps.wall([0.0, 2.0], [1.0, 2.0], covariance=[[4e-6, 1e-6], [1e-6, 1e-6]]),
+        maps.wall([3.0, 0.0], [3.0, 2.0], covariance=COVARIANCE),
+        replace(maps.corner([2.0, 1.0], sigma=0.003), pings=7),
+        maps.cylinder([0.5, 0.5], 0.1, sigma=0.004),
+    )
+    return prior_of_map(maps.drawn(*features), np.array([0.5, 1.0, 0.2]), noise=0.004)
+
+
+def correlated(prior: MarginalPrior) -> MarginalPrior:
+    """The same landmarks and first pose, all correlated with each other and with the sonar, as after a recording."""
+    size = len(prior.summary.columns)
+    root = np.random.default_rng(3).normal(size=(size, size + 3))
+    information = root @ root.T
+    return replace(prior, summary=InformationPrior(np.arange(size), information, information @ np.arange(size)))
+
+
+def test_the_prior_is_the_map_with_its_uncertainties() -> None:
+    prior = whole_prior()
+    landmarks, covariances = prior.features, [np.array([[4e-6, 1e-6], [1e-6, 1e-6]]), COVARIANCE]
+    covariances += [0.003**2 * np.eye(2), 0.004**2 * np.eye(3)]
+    information, start = prior.summary.information, 0
+    for landmark, covariance in zip(landmarks, covariances, strict=True):
+        own = slice(start, start + len(covariance))
+        assert np.linalg.inv(information[own, own]) == pytest.approx(covariance, abs=2e-8)
+        assert np.linalg.solve(information[own, own], prior.summary.vector[own]) == pytest.approx(landmark.parameters)
+        # Covariances between landmarks are not in a map.
+        assert np.count_nonzero(information[own]) == np.count_nonzero(information[own, own])
+        start = own.stop
+    assert start == 9
+    assert prior.is_known_map
+
+
+def test_each_landmark_of_the_prior_has_a_number_of_its_own() -> None:
+    prior = whole_prior()
+    numbers = [each.history.number for each in prior.features]
+    assert len(set(numbers)) == len(numbers) == 4
+    # A new landmark gets the next number.
+    assert max(numbers) <= prior.issued
+
+
+def test_another_recording_goes_on_with_the_joint_information_about_the_landmarks() -> None:
+    prior, pose = correlated(whole_prior()), np.array([2.0, 0.5, -1.0])
+    after = resumed(prior, pose)
+    information, covariance = after.summary.information, np.linalg.inv(prior.summary.information)
+    assert np.linalg.inv(information[:9, :9]) == pytest.approx(covariance[:9, :9], rel=1e-6)
+    assert np.linalg.solve(information[:9, :9], after.summary.vector[:9]) == pytest.approx(np.arange(9.0), abs=1e-6)
+    assert [each.history.number for each in after.features] == [each.history.number for each in prior.features]
+
+
+def test_another_recording_begins_with_its_own_pose_and_an_unknown_sonar() -> None:
+    pose = np.array([2.0, 0.5, -1.0])
+    after = resumed(correlated(whole_prior()), pose)
+    information, vector = after.summary.information, after.summary.vector
+    assert after.rest == len(SONAR_UNKNOWNS) + 3
+    assert not information[9:-3].any()
+    assert not information[-3:, :-3].any()
+    assert np.linalg.solve(information[-3:, -3:], vector[-3:]) == pytest.approx(pose)
+    assert after.poses.tolist() == [pose.tolist()]
