@@ -88,6 +88,14 @@ def test_bad_options_are_refused_in_one_line(folder: Path, tmp_path: Path, words
     assert not (tmp_path / "out").exists()
 
 
+def test_the_folder_of_the_map_is_not_overwritten(folder: Path) -> None:
+    before = (folder / "map" / "run.toml").read_bytes()
+    done = echoplan("locate", folder / "later", "--map", folder / "map", "--out", folder / "map")
+    assert (done.status, done.err.count("\n")) == (2, 1)
+    assert "holds the map or the recording" in done.err
+    assert (folder / "map" / "run.toml").read_bytes() == before
+
+
 def test_a_map_without_walls_is_refused(folder: Path, tmp_path: Path) -> None:
     write_map(tmp_path / "map.json", maps.drawn())
     done = echoplan("locate", folder / "later", "--map", tmp_path / "map.json", "--out", tmp_path / "out")

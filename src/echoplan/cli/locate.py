@@ -47,12 +47,16 @@ def run(
 
     Example: echoplan locate rec/ --map map/ --out located/
     """
-    from echoplan.io import check_folder  # noqa: PLC0415 - --help must not wait for NumPy
+    from echoplan.errors import InputError  # noqa: PLC0415 - --help must not wait for NumPy
+    from echoplan.io import check_folder  # noqa: PLC0415
     from echoplan.mapping import LOCATED, locate_source, located_formats  # noqa: PLC0415
     from echoplan.sources import open_source  # noqa: PLC0415
     from echoplan.viewer import localisation_lines  # noqa: PLC0415
 
     first = _pose(start) if start else None
+    beside = feature_map.parent if feature_map.is_file() else feature_map
+    if out.resolve() in {beside.resolve(), Path(source).resolve()}:
+        raise InputError("--out", f"{out} holds the map or the recording", remedy="name another folder")
     names = tuple(f"located{each.suffix}" for each in located_formats(export))
     check_folder(out, [*LOCATED, *names])
     opened = open_source(source, bag=bag_options(topic, odom, field, mount))

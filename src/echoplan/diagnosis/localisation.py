@@ -37,8 +37,9 @@ def assess_localisation(localisation: Localisation, feature_map: FeatureMap) -> 
         return Quality(verdict=Verdict.FAILED, reasons=tuple(reasons), next_step=step)
     if not reasons:
         return Quality(verdict=Verdict.GOOD)
-    step = "Pass --start X,Y,YAW, or drive on until the echoes differ." if localisation.is_ambiguous else ""
-    return Quality(verdict=Verdict.DOUBTFUL, reasons=tuple(reasons), next_step=step or "Map the place again.")
+    first = localisation.stretches[0].is_ambiguous
+    step = "Pass --start X,Y,YAW, or drive on until the echoes differ." if first else "Map the place again."
+    return Quality(verdict=Verdict.DOUBTFUL, reasons=tuple(reasons), next_step=step)
 
 
 def _reasons(localisation: Localisation, feature_map: FeatureMap) -> Iterator[str]:

@@ -75,8 +75,8 @@ def localise(
     Raises
     ------
     InvalidValueError
-        If the map has no walls, there is no sweep, the first station fits the map nowhere or not at the start, or the
-        map is too large to be searched without a start.
+        If the map has no walls, there is no sweep or no echo, the first station fits the map nowhere or not at the
+        start, or the map is too large to be searched without a start.
     """
     if not feature_map.walls:
         raise InvalidValueError("the map has no walls")
@@ -102,10 +102,11 @@ def localise(
         mapper = JointMapper(rig, settings, prior=prior)
         for number in some:
             mapper.add(sweeps[number])
-        found.append(mapper.trajectory())
+        part, model = mapper.trajectory()
+        found.append(part)
     whole = joined(found)
     measurements = at_poses(estimate.recorded, stations.poses, whole.poses[own])
-    there = replace(estimate, poses=whole.poses[own], measurements=measurements, features=landmarks)
+    there = replace(estimate, model=model, poses=whole.poses[own], measurements=measurements, features=landmarks)
     return Localisation(
         sweeps=whole.sweeps,
         poses=whole.poses + origin,
@@ -123,7 +124,10 @@ def _initial(sweeps: Sequence[Sweep], rig: Rig, *, settings: EstimateSettings) -
     recorded = np.array([sweep.station for sweep in sweeps])
     stations = group_sweeps(recorded, np.array([len(each.readings) for each in own]), settings.stations)
     measurements = without_repeats(at_stations(join_measurements(own), stations))
-    return initial_estimate(rig, measurements, stations.poses, settings), stations
+    estimate = initial_estimate(rig, measurements, stations.poses, settings)
+    if not estimate.arcs:
+        raise InvalidValueError("the recording has no echoes")
+    return estimate, stations
 
 
 class _Track(NamedTuple):

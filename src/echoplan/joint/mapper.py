@@ -8,6 +8,7 @@ predicts detections and non-detections, and so decides which of these explains t
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from echoplan.acoustics.predicted_echo import EchoModel
 from echoplan.arrays import FloatArray
 from echoplan.joint.calibration import calibration
 from echoplan.joint.estimate import Estimate
@@ -106,11 +107,12 @@ class JointMapper:
         with _one_thread():
             return self._map()
 
-    def trajectory(self) -> Trajectory:
-        """Return the poses of all sweeps so far, without making a map; there must be a sweep with pings."""
+    def trajectory(self) -> tuple[Trajectory, EchoModel]:
+        """Return the poses of all sweeps so far, at least one with pings, and the estimated sonar; make no map."""
         with _one_thread():
             stations = self._stations()
-            return joined([*self._done, self._posed(self._estimate(stations), stations)])
+            estimate = self._estimate(stations)
+            return joined([*self._done, self._posed(estimate, stations)]), estimate.model
 
     def _map(self) -> FeatureMap:
         parameters, sweeps = self.settings.model_dump(mode="json"), np.array(self._indices, dtype=np.int64)

@@ -164,7 +164,7 @@ def _start(name: str, sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig) -
             found = localise(sweeps[: int(np.searchsorted(numbers, stations))], known, rig=rig)
         except InvalidValueError:
             continue
-        if assess_localisation(found, known).verdict is Verdict.GOOD:
+        if assess_localisation(found, known).verdict is Verdict.GOOD and not found.kidnapped:
             pose: FloatArray = found.poses[0]
             return pose
     problem = "it begins where the recordings before it show too little, or in one of several places that look alike"

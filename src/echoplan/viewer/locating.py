@@ -9,7 +9,7 @@ __all__ = ["localisation_lines"]
 _HEADLINES = {
     Verdict.GOOD: "Located: {share:.0f} % of the echoes fit the map.",
     Verdict.DOUBTFUL: "Located, but doubtful:",
-    Verdict.FAILED: "Not located: the poses are wrong.",
+    Verdict.FAILED: "Not located: too few echoes fit the map.",
 }
 
 

@@ -33,7 +33,7 @@ def test_it_is_printed_between_which_sweeps_the_robot_was_carried_elsewhere() ->
 def test_reasons_and_the_next_step_follow_the_verdict() -> None:
     failed = Quality(verdict=Verdict.FAILED, reasons=("Nothing fits.",), next_step="Look again.")
     assert localisation_lines(FOUND, failed)[:3] == (
-        "Not located: the poses are wrong.",
+        "Not located: too few echoes fit the map.",
         "Nothing fits.",
         "Next step: Look again.",
     )
