@@ -8,8 +8,8 @@ from echoplan.model import FeatureMap, Localisation, Quality, Stretch, Verdict
 __all__ = ["assess_localisation"]
 
 # Share of the echoes that the map explains: below the first one, a part does not fit; below the second one, it is
-# another place. In 30 rooms the map of another room explained 0.34 to 0.88 (benchmarks/localisation.py 30), in 6 of them
-# the right one 0.84 to 1.00 (benchmarks/localisation.py 6 --first 2010).
+# another place. In 30 rooms the map of another room explained 0.34 to 0.88 (benchmarks/localisation.py 30), in 6 of
+# them the right one 0.84 to 1.00 (benchmarks/localisation.py 6 --first 2010).
 _LIKELY, _LEAST = 0.88, 0.7
 # Number of alternatives that are listed, and least probability of one.
 _MOST, _POSSIBLE = 3, 0.01
