@@ -96,7 +96,7 @@ class Case:
     @property
     def lists_true_start(self) -> bool:
         """Whether the true first pose is among those that are listed."""
-        starts = self.found.stretches[0].starts if self.found else ()
+        starts = self.found.segments[0].starts if self.found else ()
         return any(are_right(pose_errors(each.pose[None], self.truth[:1]))[0] for each in starts)
 
     @property

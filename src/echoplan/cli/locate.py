@@ -1,6 +1,5 @@
 """``echoplan locate``: the poses of a recording in a map that was made before."""
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -35,7 +34,6 @@ def run(
         ),
     ] = "",
     export: Annotated[str, typer.Option(help="mcap: a bag for RViz and Foxglove.", show_default="none")] = "",
-    strict: Annotated[bool, typer.Option("--strict", help="Exit with status 2 if the poses are wrong.")] = False,
     topic: TopicOption = None,
     odom: OdomOption = None,
     field: FieldOption = None,
@@ -65,9 +63,6 @@ def run(
     for line in localisation_lines(result.localisation, result.quality):
         put(line)
     report_files(out, result.save(out, export=export))
-    if strict and result.quality.verdict == "failed":
-        sys.stderr.write(f"echoplan: the recording was not located: {result.quality.reasons[0]}\n")
-        raise typer.Exit(2)
 
 
 def _pose(text: str) -> "FloatArray":

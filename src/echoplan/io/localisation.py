@@ -38,7 +38,7 @@ def write_localisation(path: Path, localisation: Localisation, *, stamps_ns: Int
         localisation.covariances.tolist(),
         strict=True,
     )
-    stretches = [
+    segments = [
         {
             "first_sweep": each.first,
             "is_ambiguous": each.is_ambiguous,
@@ -47,14 +47,14 @@ def write_localisation(path: Path, localisation: Localisation, *, stamps_ns: Int
                 for start in each.starts
             ],
         }
-        for each in localisation.stretches
+        for each in localisation.segments
     ]
     document = {
         "format": "echoplan-localisation/1",
         "frame": "map",
         "quality": asdict(quality),
         "inlier_ratio": localisation.inlier_ratio,
-        "stretches": stretches,
+        "segments": segments,
         "poses": [
             {"sweep": sweep, "stamp_ns": stamp, "x": x, "y": y, "yaw": yaw, "covariance": covariance}
             for sweep, stamp, (x, y, yaw), covariance in rows

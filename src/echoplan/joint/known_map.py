@@ -21,11 +21,11 @@ from echoplan.model import ClassProbabilities, CornerKind, FeatureMap, Wall
 __all__ = ["known_landmarks", "prior_of_map", "resumed"]
 
 # Log-likelihood ratio of a landmark of the map [nats]: it stays even if it is not detected again.
-_CERTAIN = 1e4
+_CERTAIN_LLR = 1e4
 # Least standard deviation of a parameter of a landmark [m or rad]: some methods write maps without uncertainties.
-_FLOOR = 1e-4
+_MIN_SIGMA = 1e-4
 # Standard deviations of a first pose that scan matching found [m, m, rad].
-_FOUND = np.array([0.05, 0.05, np.radians(3.0)])
+_FIRST_SIGMAS = np.array([0.05, 0.05, np.radians(3.0)])
 
 
 def known_landmarks(feature_map: FeatureMap) -> tuple[list[Hypothesis], list[FloatArray]]:
@@ -53,9 +53,9 @@ def prior_of_map(feature_map: FeatureMap, pose: FloatArray, *, noise: float) -> 
     Covariances between landmarks are not in the file of a map: they count as zero.
     """
     landmarks, covariances = known_landmarks(feature_map)
-    floored = [each + _FLOOR**2 * np.eye(len(each)) for each in covariances]
+    floored = [each + _MIN_SIGMA**2 * np.eye(len(each)) for each in covariances]
     nothing = np.zeros((len(SONAR_UNKNOWNS), len(SONAR_UNKNOWNS)))
-    information = block_diag(*map(np.linalg.inv, floored), nothing, np.diag(_FOUND**-2.0))
+    information = block_diag(*map(np.linalg.inv, floored), nothing, np.diag(_FIRST_SIGMAS**-2.0))
     values = np.concatenate([*(each.parameters for each in landmarks), np.zeros(len(SONAR_UNKNOWNS)), pose])
     return MarginalPrior(
         features=landmarks,
@@ -72,14 +72,14 @@ def prior_of_map(feature_map: FeatureMap, pose: FloatArray, *, noise: float) -> 
 def resumed(prior: MarginalPrior, pose: FloatArray) -> MarginalPrior:
     """Return the prior of an estimate that goes on with another recording, all stations so far being marginalised.
 
-    Landmarks keep their histories and their joint information. The sonar begins anew, as the air may have another
-    temperature; its scale keeps the prior of a drive, since the robot may leave what is known. ``pose`` is the first
-    one of the recording, shape (3,) [m, m, rad].
+    Landmarks keep their histories and their joint information, the servo its calibration. The sonar begins anew, as the
+    air may have another temperature. Its scale keeps the prior of a drive, since the robot may leave what is known.
+    ``pose`` is the first one of the recording, shape (3,) [m, m, rad].
     """
     count = sum(len(each.parameters) for each in prior.features)
     known = prior.summary.marginalised_onto(np.arange(count))
     nothing = np.zeros((len(SONAR_UNKNOWNS), len(SONAR_UNKNOWNS)))
-    information = np.diag(_FOUND**-2.0)
+    information = np.diag(_FIRST_SIGMAS**-2.0)
     return MarginalPrior(
         features=prior.features,
         summary=InformationPrior(
@@ -91,6 +91,8 @@ def resumed(prior: MarginalPrior, pose: FloatArray) -> MarginalPrior:
         poses=pose[None],
         pose_model=PoseModel.ODOMETRY,
         pose_status=PoseStatus(reason=PoseReason.ODOMETRY),
+        latency=prior.latency,
+        servo=prior.servo,
         noise=prior.noise,
         issued=prior.issued,
     )
@@ -113,18 +115,18 @@ def _landmark(number: int, reflector: FloatArray, *, extent: tuple[float, float]
     feature_class = LANDMARKS[Kind(int(reflector[0]))].feature_class
     history = TrackHistory(
         number=number,
-        llr=_CERTAIN,
-        best_llr=_CERTAIN / 2.0,
+        llr=_CERTAIN_LLR,
+        best_llr=_CERTAIN_LLR / 2.0,
         supporting=3,
         extent=extent,
         probabilities=ClassProbabilities(**{feature_class: 1.0}),
-        certainty=_CERTAIN,
+        certainty=_CERTAIN_LLR,
     )
     return Hypothesis(
         reflector=reflector,
         ping_scores=NO_PING_SCORES,
         llr_by_station=np.zeros(0),
-        llr=_CERTAIN,
+        llr=_CERTAIN_LLR,
         extent=extent,
         history=history,
     )

@@ -27,21 +27,21 @@ from echoplan.joint.search.global_search import apart, find_poses, pose_grid
 from echoplan.joint.search.scan_matching import LandmarkMap, LocalScan, best_score, locate
 from echoplan.joint.settings import EstimateSettings
 from echoplan.joint.trajectory import joined
-from echoplan.model import FeatureMap, Localisation, Rig, StartPose, Stretch, Sweep, translated
+from echoplan.model import FeatureMap, Localisation, Rig, StartPose, Sweep, TrajectorySegment, translated
 from echoplan.preprocessing.measurements import join_measurements, measurements_of
 from echoplan.preprocessing.stations import Stations, at_stations, group_sweeps, without_repeats
 
 __all__ = ["localise"]
 
 # Standard deviations of a start that the user gives [m, m, rad].
-_GIVEN = np.array([0.1, 0.1, math.radians(10.0)])
-# Score below the best one at which a start is given up [nats].
-_GIVEN_UP = 30.0
-# Number of starts that are followed.
-_MOST = 60
-# Share of the score of a perfect match below which a robot may have been carried elsewhere, and number of stations from
-# there on by which that is decided.
-_LOST, _LOOK_AHEAD = 0.25, 5
+_START_SIGMAS = np.array([0.1, 0.1, math.radians(10.0)])
+# Score below that of the best track at which a track is given up [nats].
+_MAX_SCORE_LOSS = 30.0
+# Number of tracks that are followed.
+_MAX_TRACKS = 60
+# Share of a perfect score below which a robot may have been carried elsewhere, and number of stations from there on by
+# which that is decided.
+_MIN_FIT, _LOOK_AHEAD = 0.25, 5
 
 
 def localise(
@@ -88,31 +88,32 @@ def localise(
     search = _Search(
         scans=local_scans_of(estimate),
         landmark_map=LandmarkMap.of(landmarks),
-        grid=pose_grid(np.concatenate([wall.endpoints_xy for wall in feature_map.walls])),
+        grid=pose_grid(np.concatenate([*(wall.endpoints_xy for wall in feature_map.walls), feature_map.poses[:, :2]])),
         priors=odometry_prior(stations.poses, settings.pose_errors, estimate.odometry_noise),
         settings=settings,
     )
     parts = _followed(search, None if start is None else start - origin)
-    # First sweep of each station, and of each part.
-    own = np.unique(stations.numbers, return_index=True)[1]
-    firsts = own[[tracks[0].first for tracks in parts]]
-    found = []
-    for tracks, some in zip(parts, np.split(np.arange(len(sweeps)), firsts[1:]), strict=True):
+    # Indices of the first sweep of each station, and of each part.
+    of_stations = np.unique(stations.numbers, return_index=True)[1]
+    of_parts = of_stations[[tracks[0].first for tracks in parts]]
+    trajectories = []
+    for tracks, indices in zip(parts, np.split(np.arange(len(sweeps)), of_parts[1:]), strict=True):
         prior = prior_of_map(feature_map, tracks[0].poses[0], noise=estimate.first_noise)
         mapper = JointMapper(rig, settings, prior=prior)
-        for number in some:
-            mapper.add(sweeps[number])
-        part, model = mapper.trajectory()
-        found.append(part)
-    whole = joined(found)
-    measurements = at_poses(estimate.recorded, stations.poses, whole.poses[own])
-    there = replace(estimate, model=model, poses=whole.poses[own], measurements=measurements, features=landmarks)
+        for index in indices:
+            mapper.add(sweeps[index])
+        trajectory, model = mapper.trajectory()
+        trajectories.append(trajectory)
+    found = joined(trajectories)
+    poses = found.poses[of_stations]
+    measurements = at_poses(estimate.recorded, stations.poses, poses)
+    located = replace(estimate, model=model, poses=poses, measurements=measurements, features=landmarks)
     return Localisation(
-        sweeps=whole.sweeps,
-        poses=whole.poses + origin,
-        covariances=whole.covariances,
-        stretches=_stretches(parts, whole.sweeps[firsts], origin=origin),
-        inlier_ratio=inlier_ratio(replace(there, features=there.refreshed())),
+        sweeps=found.sweeps,
+        poses=found.poses + origin,
+        covariances=found.covariances,
+        segments=_segments(parts, found.sweeps[of_parts], origin=origin),
+        inlier_ratio=inlier_ratio(replace(located, features=located.refreshed())),
     )
 
 
@@ -154,7 +155,7 @@ class _Search:
         if start is None:
             poses, scores = find_poses(scan, self.landmark_map, grid=self.grid, settings=settings)
         else:
-            pose, score = locate(scan, self.landmark_map, start, _GIVEN, settings)
+            pose, score = locate(scan, self.landmark_map, start, _START_SIGMAS, settings)
             poses, scores = pose[None], np.array([score])
         return [_Track(station, pose[None], score[None]) for pose, score in zip(poses, scores, strict=True)]
 
@@ -162,8 +163,8 @@ class _Search:
         """Register the next station on all tracks, at least one, and give up those far worse than the best one."""
         grown = [self._continued(each, station) for each in tracks]
         totals = np.array([each.scores.sum() for each in grown])
-        kept = apart(np.array([each.poses[-1] for each in grown]), totals, most=_MOST)
-        return [grown[each] for each in kept if totals[each] >= totals.max() - _GIVEN_UP]
+        kept = apart(np.array([each.poses[-1] for each in grown]), totals, most=_MAX_TRACKS)
+        return [grown[each] for each in kept if totals[each] >= totals.max() - _MAX_SCORE_LOSS]
 
     def _continued(self, track: _Track, station: int) -> _Track:
         poses = np.concatenate([np.zeros((track.first, 3)), track.poses])
@@ -171,25 +172,32 @@ class _Search:
         pose, score = locate(self.scans[station], self.landmark_map, guess, sigmas, self.settings.localisation)
         return _Track(track.first, np.append(track.poses, [pose], axis=0), np.append(track.scores, score))
 
-    def hardly_fits(self, track: _Track) -> bool:
-        """Return True if the last station of a track may have been made elsewhere."""
-        perfect = best_score(self.scans[track.first + len(track.poses) - 1], self.settings.localisation)
-        return bool(track.scores[-1] < _LOST * perfect)
+    def fit(self, track: _Track, *, last: int) -> float:
+        """Return the share of a perfect score that the ``last`` stations of a track have."""
+        stations = range(track.first + len(track.poses) - last, track.first + len(track.poses))
+        perfect = sum(best_score(self.scans[each], self.settings.localisation) for each in stations)
+        return float(track.scores[-last:].sum()) / max(perfect, 1e-9)
 
     def is_elsewhere(self, tracks: Sequence[_Track], *, before: Sequence[_Track] = ()) -> bool:
         """Return True if the last station of ``tracks`` and those after it fit clearly better anywhere else.
 
-        Any pose of the grid may be the next one, which costs the logarithm of their number. ``before`` are the tracks
-        up to the station before it.
+        Any pose of the grid may be the next one, which costs the logarithm of their number; and the other place must
+        fit well in itself, as a robot may also have left the map. ``before`` are the tracks up to the station before.
         """
         station = tracks[0].first + len(tracks[0].poses) - 1
-        anew, onward = self.begun(station), tracks
-        if not anew:
+        restarted, onward = self.begun(station), tracks
+        if not restarted:
             return False
         for later in range(station + 1, min(station + _LOOK_AHEAD, len(self.scans))):
-            anew, onward = self.continued(anew, later), self.continued(onward, later)
-        best, led, past = (max((each.scores.sum() for each in some), default=0.0) for some in (anew, onward, before))
-        return bool(best - math.log(len(self.grid)) > led - past + VERY_STRONG)
+            restarted, onward = self.continued(restarted, later), self.continued(onward, later)
+        there, here, past = (
+            max((each.scores.sum() for each in some), default=0.0) for some in (restarted, onward, before)
+        )
+        # A robot in the map leaves few echoes unexplained; one outside of it, all: the matches must outweigh the rest.
+        match = math.log1p(1.0 / self.settings.localisation.outlier_likelihood)
+        miss = -math.log(1.0 - self.settings.min_inlier_ratio)
+        is_inside = self.fit(restarted[0], last=len(restarted[0].poses)) > miss / (match + miss)
+        return bool(is_inside and there - math.log(len(self.grid)) > here - past + VERY_STRONG)
 
 
 def _begun(search: _Search, start: FloatArray | None) -> list[_Track]:
@@ -209,23 +217,26 @@ def _followed(search: _Search, start: FloatArray | None) -> list[list[_Track]]:
     parts = [_begun(search, start)]
     for station in range(1, len(search.scans)):
         tracks = search.continued(parts[-1], station)
-        if search.hardly_fits(tracks[0]) and search.is_elsewhere(tracks, before=parts[-1]):
+        hardly_fits = search.fit(tracks[0], last=1) < _MIN_FIT
+        if hardly_fits and search.is_elsewhere(tracks, before=parts[-1]):
             parts.append(search.begun(station))
         else:
             parts[-1] = tracks
     return parts
 
 
-def _stretches(parts: Sequence[Sequence[_Track]], sweeps: IntArray, *, origin: FloatArray) -> tuple[Stretch, ...]:
+def _segments(
+    parts: Sequence[Sequence[_Track]], sweeps: IntArray, *, origin: FloatArray
+) -> tuple[TrajectorySegment, ...]:
     """Return the possible first poses of each part of a recording, of which ``sweeps`` are the first sweeps.
 
     ``origin`` is that of the frame of the tracks in the frame of the map, with yaw 0, shape (3,) [m, m, rad].
     """
-    stretches = []
+    segments = []
     for tracks, first in zip(parts, sweeps.tolist(), strict=True):
         weights = softmax([each.scores.sum() for each in tracks]).tolist()
         starts = (
             StartPose(pose=each.poses[0] + origin, weight=weight) for each, weight in zip(tracks, weights, strict=True)
         )
-        stretches.append(Stretch(first=first, starts=tuple(starts)))
-    return tuple(stretches)
+        segments.append(TrajectorySegment(first=first, starts=tuple(starts)))
+    return tuple(segments)

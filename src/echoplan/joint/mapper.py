@@ -10,6 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from echoplan.acoustics.predicted_echo import EchoModel
 from echoplan.arrays import FloatArray
+from echoplan.errors import InvalidValueError
 from echoplan.joint.calibration import calibration
 from echoplan.joint.estimate import Estimate
 from echoplan.joint.initial_estimate import initial_estimate
@@ -57,8 +58,9 @@ class JointMapper:
         self._sweeps: list[Sweep] = []
         self._measurements: list[Measurements] = []
         self._first_station = 0
-        # Places in the list of sweeps at which another recording begins.
+        # Indices of the sweeps at which another recording begins, and the pose of one of which no sweep was added yet.
         self._beginnings: list[int] = []
+        self._next_start: FloatArray | None = None
 
     def add(self, sweep: Sweep) -> None:
         """Add a sweep; marginalise the oldest stations once the window is full.
@@ -70,6 +72,8 @@ class JointMapper:
         """
         if not len(sweep):
             return
+        if self._next_start is not None:
+            self._resume(self._next_start)
         self._indices.append(sweep.index)
         self._sweeps.append(sweep)
         self._measurements.append(measurements_of(sweep, self.rig))
@@ -80,7 +84,7 @@ class JointMapper:
                 self._let_go(stations, window.stride)
 
     def begin_recording(self, pose: FloatArray) -> None:
-        """Go on with another recording of the same place: all stations so far are marginalised.
+        """Go on with another recording of the same place with the next sweep: earlier stations are marginalised then.
 
         Its poses may be in a frame of their own; they count as those of odometry.
 
@@ -89,12 +93,15 @@ class JointMapper:
         pose : ndarray, shape (3,)
             Pose of its first sweep in the frame of the map [m, m, rad], right to 0.1 m and some degrees, as
             ``localise`` finds it.
+
+        Raises
+        ------
+        InvalidValueError
+            If there is no sweep before it.
         """
-        stations = self._stations()
-        with _one_thread():
-            self._let_go(stations, len(stations.poses))
-        self._marginal_prior = resumed(self._marginal_prior, pose)
-        self._beginnings.append(len(self._indices))
+        if not self._sweeps:
+            raise InvalidValueError("add the sweeps of a recording before another one begins")
+        self._next_start = pose
 
     def result(self) -> FeatureMap:
         """Estimate the map from all sweeps so far.
@@ -157,6 +164,15 @@ class JointMapper:
         self._done.append(self._posed(estimate, stations).first(gone))
         del self._sweeps[:gone], self._measurements[:gone]
         self._first_station += count
+
+    def _resume(self, pose: FloatArray) -> None:
+        """Marginalise all stations, and go on from a pose [m, m, rad] that is known roughly."""
+        stations = self._stations()
+        with _one_thread():
+            self._let_go(stations, len(stations.poses))
+        self._marginal_prior = resumed(self._marginal_prior, pose)
+        self._beginnings.append(len(self._indices))
+        self._next_start = None
 
     def _posed(self, estimate: Estimate, stations: Stations) -> Trajectory:
         return posed(estimate, stations, self._given(), np.array(self._indices[-len(self._sweeps) :]))

@@ -17,7 +17,7 @@ from echoplan.io.text import names_in
 from echoplan.joint.localisation import localise
 from echoplan.mapping.exports import Exportable, ExportFormat, export_formats
 from echoplan.mapping.progress import SILENT, Progress
-from echoplan.model import FeatureMap, Localisation, Quality, Rig, Source, Sweep
+from echoplan.model import FeatureMap, Localisation, Quality, Rig, Source, Sweep, Verdict
 from echoplan.preprocessing import clean_sweeps, find_faults
 from echoplan.sources import as_source
 from echoplan.viewer import Plan, plan_svg
@@ -42,7 +42,7 @@ class LocateResult:
     localisation : Localisation
         The poses, the alternatives to the first one, and how many of the echoes the map explains.
     quality : Quality
-        Whether the poses can be trusted, and if not, why and what to do.
+        ``good``, or ``doubtful`` with the reasons and what to do.
     rig : Rig
         Sensors that made the recording.
     sweeps : tuple of Sweep
@@ -167,12 +167,12 @@ def locate_source(
     Returns
     -------
     LocateResult
-        The poses; ``result.quality`` says whether they can be trusted.
+        The poses; ``result.quality`` says whether there is a doubt about them.
 
     Raises
     ------
     InputError
-        If the source or the map cannot be used, or if the recording fits the map nowhere.
+        If the source or the map cannot be used, or if too few echoes fit the map.
     InvalidValueError
         If the start is no pose.
 
@@ -197,9 +197,12 @@ def locate_source(
         with progress.busy("locating"):
             found = localise(sweeps, known, rig=opened.rig, start=first)
     except InvalidValueError as error:
-        remedy = "check that the map is of this place" if first is None else "correct the start, or leave it out"
+        remedy = "check that the map is of this place, and the start if one was given"
         raise InputError(name, str(error), remedy=remedy) from None
-    quality = assess_localisation(found, known)
+    quality = assess_localisation(found, known, faults=faults)
+    if quality.verdict is Verdict.FAILED:
+        problem = quality.reasons[0].rstrip(".")
+        raise InputError(name, problem[:1].lower() + problem[1:], remedy=quality.next_step)
     there = replace(
         known,
         quality=quality,

@@ -13,6 +13,8 @@ from echoplan.diagnosis.consistency import stations_of
 from echoplan.errors import InputError, InvalidValueError
 from echoplan.geometry import compose, invert
 from echoplan.joint.localisation import localise
+from echoplan.joint.mapper import JointMapper
+from echoplan.joint.settings import PoseMode
 from echoplan.mapping.progress import Progress
 from echoplan.methods import LocalMapper, map_sweeps
 from echoplan.model import FeatureMap, Rig, Source, Sweep, Verdict
@@ -90,7 +92,7 @@ def map_recordings(
     recordings: Recordings,
     *,
     follow: Callable[[Sequence[Sweep]], Iterable[Sweep]] = iter,
-) -> FeatureMap:
+) -> tuple[FeatureMap, tuple[Sweep, ...]]:
     """Map one recording, or several of one place, each with poses in a frame of its own.
 
     Parameters
@@ -104,42 +106,47 @@ def map_recordings(
 
     Returns
     -------
-    FeatureMap
+    feature_map : FeatureMap
         The map, in the frame of the first recording.  Sweeps are numbered through all recordings.
+    sweeps : tuple of Sweep
+        All sweeps as recorded, but in that frame and with these numbers.
 
     Raises
     ------
     InputError
-        If several recordings are to be mapped, and the method maps one only, or they have different sensors, or one has
-        no pings or no positions, or begins where those before it show too little.
+        If several recordings are to be mapped, and the method maps one only, their poses are to be trusted, they have
+        different sensors, or one has no pings or no positions, or begins where those before it show too little.
     """
     if len(recordings.sources) > 1:
         _check_several(mapper, recordings)
-    found, before = map_sweeps(mapper, recordings.sweeps[0], follow=follow), recordings.sweeps[0]
+    found, mapped = map_sweeps(mapper, recordings.sweeps[0], follow=follow), recordings.sweeps[0]
     for name, recorded in zip(recordings.names[1:], recordings.sweeps[1:], strict=True):
-        faults = find_faults(recorded, mapper.rig)
-        if faults.has_no_poses:
-            raise InputError(name, "it has no positions", remedy="record the poses of the robot with it")
-        sweeps = [sweep for sweep in clean_sweeps(recorded, mapper.rig, faults) if len(sweep)]
-        start = _start(name, sweeps, known=found, rig=mapper.rig)
+        sweeps = [sweep for sweep in recorded if len(sweep)]
+        faults = find_faults(sweeps, mapper.rig)
+        start = _start(name, clean_sweeps(sweeps, mapper.rig, faults), known=found, rig=mapper.rig)
         mapper.begin_recording(start)
-        before = _after(before[-1], sweeps, away=compose(start, invert(sweeps[0].station)))
-        for sweep in follow(before):
+        moved = _after(mapped[-1], sweeps, away=compose(start, invert(sweeps[0].station)))
+        for sweep in follow(clean_sweeps(moved, mapper.rig, faults)):
             mapper.add(sweep)
-        found = mapper.result()
-    return found
+        found, mapped = mapper.result(), (*mapped, *moved)
+    return found, mapped
 
 
 def _check_several(mapper: LocalMapper, recordings: Recordings) -> None:
     """Refuse recordings that cannot be mapped together."""
-    if not mapper.maps_several:
+    if not isinstance(mapper.mapper, JointMapper):
         raise InputError("--method", "it maps one recording only", remedy="use joint for several recordings")
+    if mapper.mapper.settings.poses is PoseMode.TRUST:
+        problem = "only the poses of the first of several recordings can be trusted: each has a frame of its own"
+        raise InputError("--poses", problem, remedy="leave it out")
     for name, source, sweeps in zip(recordings.names, recordings.sources, recordings.sweeps, strict=True):
         if source.rig.sensors != mapper.rig.sensors:
             problem = f"its sensors are not those of {recordings.names[0]}"
             raise InputError(name, problem, remedy="map it alone, or correct its rig.toml")
         if not any(map(len, sweeps)):
             raise InputError(name, "it has no pings", remedy="leave it out")
+        if find_faults(sweeps, mapper.rig).has_no_poses:
+            raise InputError(name, "it has no positions", remedy="record the poses of the robot with it")
 
 
 def _after(last: Sweep, sweeps: Sequence[Sweep], *, away: FloatArray) -> tuple[Sweep, ...]:
@@ -157,15 +164,26 @@ def _after(last: Sweep, sweeps: Sequence[Sweep], *, away: FloatArray) -> tuple[S
 
 
 def _start(name: str, sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig) -> FloatArray:
-    """Return the pose of the first sweep in the map of the recordings before it, shape (3,) [m, m, rad]."""
-    numbers = stations_of(sweeps).numbers
+    """Return the pose of the first sweep in the map of the recordings before it, shape (3,) [m, m, rad].
+
+    The recorded pose is tried first: recordings in one frame can be joined in a symmetric place, too.
+    """
+    numbers, recorded = stations_of(sweeps).numbers, sweeps[0].station
     for stations in _STATIONS:
-        try:
-            found = localise(sweeps[: int(np.searchsorted(numbers, stations))], known, rig=rig)
-        except InvalidValueError:
-            continue
-        if assess_localisation(found, known).verdict is Verdict.GOOD and not found.kidnapped:
-            pose: FloatArray = found.poses[0]
-            return pose
+        first = sweeps[: int(np.searchsorted(numbers, stations))]
+        for start in (recorded, None):
+            found = _located(first, known=known, rig=rig, start=start)
+            if found is not None:
+                return found
     problem = "it begins where the recordings before it show too little, or in one of several places that look alike"
     raise InputError(name, problem, remedy="begin each recording where another one was, or map it alone")
+
+
+def _located(sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig, start: FloatArray | None) -> FloatArray | None:
+    """Return the pose of the first of some sweeps in a map if it is certain, shape (3,) [m, m, rad]."""
+    try:
+        found = localise(sweeps, known, rig=rig, start=start)
+    except InvalidValueError:
+        return None
+    is_certain = assess_localisation(found, known).verdict is Verdict.GOOD and not found.kidnapped
+    return found.poses[0] if is_certain else None

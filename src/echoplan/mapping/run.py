@@ -86,11 +86,9 @@ def map_source(
             yield from listener.listen(progress.track(cleaned, total=len(cleaned), task="mapping"))
             shown.enter_context(progress.busy("putting the map together"))
 
-        found = map_recordings(mapper, read, follow=follow)
+        found, sweeps = map_recordings(mapper, read, follow=follow)
     conventions = conventions_of(opened)
     with progress.busy("checking the map"):
-        # Several recordings have one frame only once they are mapped.
-        sweeps = read.sweeps[0] if len(read.sweeps) == 1 else mapped
         quality = assess(found, rig, sweeps, conventions=conventions, has_rig_file=has_rig_file(opened))
         found = replace(found, quality=quality)
     offset_xy = (float(mapper.origin_xy[0]), float(mapper.origin_xy[1]))

@@ -87,11 +87,6 @@ class LocalMapper:
         return translated(self.mapper.result(), self._origin_xy)
 
     @property
-    def maps_several(self) -> bool:
-        """Whether the mapper maps several recordings of one place."""
-        return isinstance(self.mapper, JointMapper)
-
-    @property
     def needs_places(self) -> bool:
         """Whether the mapper would invent features from one place."""
         return needs_places(self.mapper)

@@ -13,7 +13,7 @@ from echoplan.model.features import (
     Wall,
 )
 from echoplan.model.grid import OccupancyGrid
-from echoplan.model.localisation import Localisation, StartPose, Stretch
+from echoplan.model.localisation import Localisation, StartPose, TrajectorySegment
 from echoplan.model.odometry import Odometry
 from echoplan.model.quality import Quality, Verdict
 from echoplan.model.rig import Firing, Rig, Servo
@@ -51,9 +51,9 @@ __all__ = [
     "Servo",
     "Source",
     "StartPose",
-    "Stretch",
     "Sweep",
     "Table",
+    "TrajectorySegment",
     "Transducer",
     "Truth",
     "UnobservedStretch",

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from echoplan.arrays import FloatArray, IntArray, checked_floats, checked_integers, store
 
-__all__ = ["Localisation", "StartPose", "Stretch"]
+__all__ = ["Localisation", "StartPose", "TrajectorySegment"]
 
 # Probability from which the most likely first pose counts as the only one.
 _SURE = 0.95
@@ -30,7 +30,7 @@ class StartPose:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Stretch:
+class TrajectorySegment:
     """A part of a recording that odometry connects.
 
     Parameters
@@ -62,7 +62,7 @@ class Localisation:
         Pose of each in the frame of the map [m, m, rad].
     covariances : ndarray, shape (s, 3, 3)
         Covariances of the poses [m, m, rad].
-    stretches : tuple of Stretch
+    segments : tuple of TrajectorySegment
         One, and one more for each time that the robot was carried elsewhere.
     inlier_ratio : float
         Share of the echoes that the map explains.
@@ -71,7 +71,7 @@ class Localisation:
     sweeps: IntArray
     poses: FloatArray
     covariances: FloatArray
-    stretches: tuple[Stretch, ...]
+    segments: tuple[TrajectorySegment, ...]
     inlier_ratio: float
 
     def __post_init__(self) -> None:
@@ -85,10 +85,10 @@ class Localisation:
 
     @property
     def is_ambiguous(self) -> bool:
-        """Whether the first pose of a stretch is not certain."""
-        return any(each.is_ambiguous for each in self.stretches)
+        """Whether the first pose of a segment is not certain."""
+        return any(each.is_ambiguous for each in self.segments)
 
     @property
     def kidnapped(self) -> tuple[int, ...]:
         """Sweeps before which the robot was carried elsewhere."""
-        return tuple(each.first for each in self.stretches[1:])
+        return tuple(each.first for each in self.segments[1:])

@@ -6,12 +6,6 @@ from echoplan.model import Localisation, Quality, Verdict
 
 __all__ = ["localisation_lines"]
 
-_HEADLINES = {
-    Verdict.GOOD: "Located: {share:.0f} % of the echoes fit the map.",
-    Verdict.DOUBTFUL: "Located, but doubtful:",
-    Verdict.FAILED: "Not located: too few echoes fit the map.",
-}
-
 
 def localisation_lines(localisation: Localisation, quality: Quality) -> tuple[str, ...]:
     """Say where a recording was made in a map, and whether that can be trusted, a line each.
@@ -29,7 +23,8 @@ def localisation_lines(localisation: Localisation, quality: Quality) -> tuple[st
         The verdict first.
     """
     step = (f"Next step: {quality.next_step}",) if quality.next_step else ()
-    headline = _HEADLINES[quality.verdict].format(share=100.0 * localisation.inlier_ratio)
+    verdict = "Located" if quality.verdict is Verdict.GOOD else "Located, but doubtful"
+    headline = f"{verdict}: {100.0 * localisation.inlier_ratio:.0f} % of the echoes fit the map."
     sweeps = localisation.sweeps.tolist()
     elsewhere = (
         f"The robot was carried elsewhere between sweeps {sweeps[sweeps.index(each) - 1]} and {each}."
@@ -43,4 +38,5 @@ def _pose(localisation: Localisation, place: int) -> str:
     x, y, yaw = localisation.poses[place]
     sigmas = localisation.covariances[place].diagonal() ** 0.5
     position = f"x {x:.3f} ± {1.96 * sigmas[0]:.3f} m, y {y:.3f} ± {1.96 * sigmas[1]:.3f} m"
-    return f"{position}, yaw {math.degrees(yaw):.1f} ± {math.degrees(1.96 * sigmas[2]):.1f}°"
+    # Adding zero makes a positive zero of a negative one.
+    return f"{position}, yaw {round(math.degrees(yaw), 2) + 0.0:.2f} ± {math.degrees(1.96 * sigmas[2]):.2f}°"

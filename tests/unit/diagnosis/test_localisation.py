@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from echoplan.diagnosis import assess_localisation
-from echoplan.model import FeatureMap, Localisation, Quality, StartPose, Stretch, Verdict
+from echoplan.model import FeatureMap, Localisation, Quality, StartPose, TrajectorySegment, Verdict
 
 MAP = FeatureMap(method="joint", quality=Quality(verdict=Verdict.GOOD))
 
@@ -16,7 +16,7 @@ def localisation(share: float, *weights: float) -> Localisation:
         sweeps=np.array([3]),
         poses=np.zeros((1, 3)),
         covariances=np.zeros((1, 3, 3)),
-        stretches=(Stretch(first=3, starts=starts),),
+        segments=(TrajectorySegment(first=3, starts=starts),),
         inlier_ratio=share,
     )
 

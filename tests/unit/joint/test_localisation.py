@@ -113,7 +113,7 @@ def test_a_start_nearby_leads_to_the_same_poses(found: Localisation, sweeps: lis
     # 0.29 m and 29 degrees off.
     near = localise(sweeps, ROOM, rig=RIG, start=POSES[0] + [-0.25, 0.15, -0.5])
     assert near.poses == pytest.approx(found.poses, abs=1e-3)
-    assert [len(each.starts) for each in near.stretches] == [1]
+    assert [len(each.starts) for each in near.segments] == [1]
 
 
 def test_a_start_elsewhere_is_refused(sweeps: list[Sweep]) -> None:
@@ -129,17 +129,17 @@ def test_poses_are_in_the_frame_of_the_map_however_far_its_origin(found: Localis
     for start in (None, POSES[0] + [*away, 0.0]):
         there = localise(sweeps, far, rig=RIG, start=start)
         assert there.poses[:, :2] - away == pytest.approx(found.poses[:, :2], abs=2e-3)
-        assert there.stretches[0].starts[0].pose[:2] - away == pytest.approx(POSES[0, :2], abs=0.02)
+        assert there.segments[0].starts[0].pose[:2] - away == pytest.approx(POSES[0, :2], abs=0.02)
 
 
 def test_in_a_rectangle_two_opposite_poses_are_possible() -> None:
     found = localise(recorded(POSES, pillar=False), EMPTY, rig=RIG)
     assert found.is_ambiguous
-    (stretch,) = found.stretches
-    one, other = (each.pose for each in stretch.starts[:2])
+    (segment,) = found.segments
+    one, other = (each.pose for each in segment.starts[:2])
     assert np.hypot(*(one + other)[:2] - [4.0, 2.8]) < 0.05
     assert abs(float(wrap(one[2] - other[2]))) == pytest.approx(math.pi, abs=0.02)
-    assert sum(each.weight for each in stretch.starts) == pytest.approx(1.0)
+    assert sum(each.weight for each in segment.starts) == pytest.approx(1.0)
 
 
 def test_a_start_decides_between_two_opposite_poses() -> None:
@@ -162,8 +162,8 @@ def test_it_is_noticed_that_the_robot_was_carried_elsewhere() -> None:
     assert found.sweeps.tolist() == list(range(20, 30))
     assert found.kidnapped == (25,)
     assert distances(found, np.concatenate([POSES, FAR])).max() < 0.005
-    for stretch, pose in zip(found.stretches, (POSES[0], FAR[0]), strict=True):
-        assert stretch.starts[0].pose == pytest.approx(pose, abs=0.03)
+    for segment, pose in zip(found.segments, (POSES[0], FAR[0]), strict=True):
+        assert segment.starts[0].pose == pytest.approx(pose, abs=0.03)
 
 
 def test_warmer_air_than_when_the_map_was_made_moves_no_pose() -> None:

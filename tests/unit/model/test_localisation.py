@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from echoplan.errors import InvalidValueError
-from echoplan.model import Localisation, StartPose, Stretch
+from echoplan.model import Localisation, StartPose, TrajectorySegment
 
 GIVEN: dict[str, Any] = {
     "sweeps": np.array([3, 4]),
@@ -16,13 +16,15 @@ GIVEN: dict[str, Any] = {
 }
 
 
-def stretch(*weights: float, first: int = 3) -> Stretch:
+def segment(*weights: float, first: int = 3) -> TrajectorySegment:
     """A part of a recording that may begin at poses with these probabilities."""
-    return Stretch(first=first, starts=tuple(StartPose(pose=np.zeros(3), weight=weight) for weight in weights))
+    return TrajectorySegment(
+        first=first, starts=tuple(StartPose(pose=np.zeros(3), weight=weight) for weight in weights)
+    )
 
 
-def localisation(*stretches: Stretch, **changed: Any) -> Localisation:
-    return Localisation(**(GIVEN | {"stretches": stretches or (stretch(1.0),), "inlier_ratio": 0.9} | changed))
+def localisation(*segments: TrajectorySegment, **changed: Any) -> Localisation:
+    return Localisation(**(GIVEN | {"segments": segments or (segment(1.0),), "inlier_ratio": 0.9} | changed))
 
 
 @pytest.mark.parametrize(
@@ -31,19 +33,19 @@ def localisation(*stretches: Stretch, **changed: Any) -> Localisation:
 def test_a_stretch_is_ambiguous_if_its_likeliest_start_is_not_sure(
     weights: tuple[float, ...], *, is_ambiguous: bool
 ) -> None:
-    assert stretch(*weights).is_ambiguous == is_ambiguous
+    assert segment(*weights).is_ambiguous == is_ambiguous
 
 
 def test_a_localisation_is_ambiguous_if_one_of_its_stretches_is() -> None:
-    sure, unsure = stretch(1.0), stretch(0.6, 0.4, first=4)
+    sure, unsure = segment(1.0), segment(0.6, 0.4, first=4)
     assert not localisation(sure, sure).is_ambiguous
     assert localisation(sure, unsure).is_ambiguous
     assert localisation(unsure, sure).is_ambiguous
 
 
 def test_the_robot_was_carried_before_each_stretch_but_the_first() -> None:
-    assert localisation(stretch(1.0)).kidnapped == ()
-    assert localisation(stretch(1.0), stretch(1.0, first=7), stretch(1.0, first=12)).kidnapped == (7, 12)
+    assert localisation(segment(1.0)).kidnapped == ()
+    assert localisation(segment(1.0), segment(1.0, first=7), segment(1.0, first=12)).kidnapped == (7, 12)
 
 
 def test_a_start_is_three_finite_numbers() -> None:
@@ -80,4 +82,4 @@ def test_a_localisation_does_not_change() -> None:
     with pytest.raises(FrozenInstanceError):
         localisation().inlier_ratio = 1.0  # type: ignore[misc]
     with pytest.raises(FrozenInstanceError):
-        stretch(1.0).first = 0  # type: ignore[misc]
+        segment(1.0).first = 0  # type: ignore[misc]

@@ -15,13 +15,13 @@ _STEP, _TURN = 0.15, math.radians(6.0)
 # Standard deviations of depths and normals on the grid [m, rad]: the nearest pose of the grid is off by as much.
 _TOLERANCES = (0.08, math.radians(4.0))
 # Standard deviations in which a pose of the grid is refined [m, m, rad]: three of them reach the next one.
-_NEXT = np.array([_STEP / 3.0, _STEP / 3.0, _TURN / 3.0])
+_STEP_SIGMAS = np.array([_STEP / 3.0, _STEP / 3.0, _TURN / 3.0])
 # Poses nearer to each other than this are the same [m, rad].
-_SAME = (0.3, math.radians(15.0))
+_SAME_POSE = (0.3, math.radians(15.0))
 # Number of poses that are refined.
-_MOST = 60
+_MAX_REFINED = 60
 # Number of poses that are compared in some ten seconds: in 1500 square metres.
-_MOST_POSES = 4_000_000
+_MAX_GRID = 4_000_000
 
 
 def pose_grid(points_xy: FloatArray) -> FloatArray:
@@ -32,7 +32,7 @@ def pose_grid(points_xy: FloatArray) -> FloatArray:
     low, high = points_xy.min(axis=0), points_xy.max(axis=0)
     axes = [np.arange(first, last + _STEP, _STEP) for first, last in zip(low, high, strict=True)]
     turns = np.arange(-math.pi, math.pi, _TURN)
-    if len(axes[0]) * len(axes[1]) * len(turns) > _MOST_POSES:
+    if len(axes[0]) * len(axes[1]) * len(turns) > _MAX_GRID:
         return np.zeros((0, 3))
     return np.stack(np.meshgrid(*axes, turns, indexing="ij"), axis=-1).reshape(-1, 3)
 
@@ -45,12 +45,12 @@ def find_poses(
     They are the best ones of a grid of shape (p, 3), each refined.
     """
     scores = score_poses(scan, landmark_map, poses=grid, tolerances=_TOLERANCES, settings=settings)
-    coarse = [each for each in apart(grid, scores, most=_MOST) if scores[each] > 0.0]
+    coarse = [each for each in apart(grid, scores, most=_MAX_REFINED) if scores[each] > 0.0]
     if not coarse:
         return np.zeros((0, 3)), np.zeros(0)
-    found = [locate(scan, landmark_map, grid[each], _NEXT, settings) for each in coarse]
+    found = [locate(scan, landmark_map, grid[each], _STEP_SIGMAS, settings) for each in coarse]
     poses, refined = np.array([pose for pose, _ in found]), np.array([score for _, score in found])
-    kept = apart(poses, refined, most=_MOST)
+    kept = apart(poses, refined, most=_MAX_REFINED)
     return poses[kept], refined[kept]
 
 
@@ -61,7 +61,7 @@ def apart(poses: FloatArray, scores: FloatArray, *, most: int) -> list[int]:
         if len(kept) == most:
             break
         away = poses[kept] - poses[index]
-        near = np.hypot(away[:, 0], away[:, 1]) < _SAME[0]
-        if not (near & (np.abs(wrap(away[:, 2])) < _SAME[1])).any():
+        near = np.hypot(away[:, 0], away[:, 1]) < _SAME_POSE[0]
+        if not (near & (np.abs(wrap(away[:, 2])) < _SAME_POSE[1])).any():
             kept.append(int(index))
     return kept
