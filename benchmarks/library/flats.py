@@ -21,7 +21,17 @@ from echoplan.simulation import OdometryNoise, Simulation, SimulationSettings
 from library.rooms import ARRAY, DRIFT
 from library.tours import BODY, find_route
 
-__all__ = ["Door", "Flat", "Room", "is_drifting", "is_oblique_flat", "random_flat", "random_plan"]
+__all__ = [
+    "Door",
+    "Flat",
+    "Room",
+    "is_drifting",
+    "is_oblique_flat",
+    "random_flat",
+    "random_plan",
+    "thresholds_of",
+    "with_box",
+]
 
 # Area of a room [m2], length of a flat over its width, share at which a wall divides, shortest side of a room [m].
 _AREA, _ASPECT, _SHARE, _SHORTEST = (8.0, 13.0), (1.0, 1.5), (0.42, 0.58), 2.2
@@ -237,18 +247,23 @@ def _mapped(points_xy: FloatArray, homography: FloatArray) -> FloatArray:
 
 def _furnished(room: Room, doors: Sequence[Door], rng: np.random.Generator, *, oblique: bool) -> Room:
     """Put up to two boxes and two cylinders into a room, none before a door."""
-    thresholds = np.array([[*door.center_xy, 0.5 * door.width + _THRESHOLD] for door in doors])
+    thresholds = thresholds_of(doors)
     for _ in range(rng.integers(0, 3)):
         if rng.random() < _AGAINST:
             room = _with_box_at_wall(room, thresholds, rng)
         else:
-            room = _with_box(room, thresholds, rng, turned=oblique * float(rng.uniform(-_TURNED, _TURNED)))
+            room = with_box(room, thresholds, rng, turned=oblique * float(rng.uniform(-_TURNED, _TURNED)))
     for _ in range(rng.integers(0, 3)):
         room = _with_pillar(room, thresholds, rng)
     return room
 
 
-def _with_box(room: Room, thresholds: FloatArray, rng: np.random.Generator, *, turned: float) -> Room:
+def thresholds_of(doors: Sequence[Door]) -> FloatArray:
+    """Return circles before doors that must be free: rows of x, y and radius [m]."""
+    return np.array([[*door.center_xy, 0.5 * door.width + _THRESHOLD] for door in doors]).reshape(-1, 3)
+
+
+def with_box(room: Room, thresholds: FloatArray, rng: np.random.Generator, *, turned: float) -> Room:
     """Put a box where the robot can drive around it, if there is such a place."""
     axes = directions(np.array([turned, turned + np.pi / 2]))
     shape = 0.5 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * rng.uniform(*_BOX, 2) @ axes

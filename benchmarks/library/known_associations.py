@@ -8,7 +8,7 @@ import numpy as np
 
 from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.mapper import JointSettings
-from echoplan.joint.marginalisation import survey
+from echoplan.joint.marginalisation import marginalise, survey
 from echoplan.joint.optimisation.pose_factors import at_poses, waypoint_prior
 from echoplan.joint.pose_model_selection import estimate_map
 from echoplan.model import FeatureMap, Rig, Sweep
@@ -56,7 +56,7 @@ def map_with_known_associations(
         if moved.solution is None or moved.solution.newton_decrement < _STILL:
             break
     path_xy = moved.poses[:, :2]
-    found = survey(moved, path_xy)
+    found = survey(moved, marginalise(moved, len(moved.poses)), path_xy)
     return FeatureMap(
         method="joint",
         parameters={},

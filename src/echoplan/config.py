@@ -30,6 +30,8 @@ class Run:
         Name of the method.
     seed : int, optional
         Seed of whatever was random.
+    start : str, optional
+        The map in which the source was located, or from which its map goes on.
     version : str, optional
         Version of echoplan.
     """
@@ -37,6 +39,7 @@ class Run:
     source: str
     method: str | None = None
     seed: int | None = None
+    start: str | None = None
     version: str = __version__
 
 

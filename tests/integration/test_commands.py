@@ -24,6 +24,8 @@ from helpers.typed import echoplan, succeed
 
 COMMAND = [sys.executable, "-m", "echoplan"]
 RESULTS = ["map.json", "map.svg", "report.html", "run.toml", "trajectory.tum"]
+# A map of joint has what another recording needs to go on from it.
+OF_JOINT = sorted([*RESULTS, "prior.npz"])
 
 
 def names(folder: Path) -> list[str]:
@@ -124,7 +126,7 @@ class TestSimulate:
 
 class TestMap:
     def test_it_writes_a_map_a_drawing_a_report_and_its_settings(self, recording: Path, mapped: Path) -> None:
-        assert names(mapped) == RESULTS
+        assert names(mapped) == OF_JOINT
         found = read_map(mapped / "map.json")
         assert (found.method, len(found.walls), len(found.poses)) == ("joint", 4, 5)
         assert ET.parse(mapped / "map.svg").getroot().tag.endswith("svg")
@@ -413,7 +415,7 @@ class TestBadInput:
         assert echoplan("map", recording, "--config", "typo.toml", "--out", mapped).status == 2
         assert echoplan("map", "broken", "--out", mapped).status == 2
         assert (mapped / "map.json").read_bytes() == kept
-        assert names(mapped) == RESULTS
+        assert names(mapped) == OF_JOINT
 
     def test_a_folder_that_cannot_be_written_is_reported_before_any_work(
         self, place: Path, recording: Path, monkeypatch: pytest.MonkeyPatch

@@ -1,16 +1,20 @@
 """Several recordings of one place, each with poses in a frame of its own, make one map."""
 
+import shutil
+import tomllib
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from shapely import Point, Polygon
 
 import echoplan as ep
 from echoplan.geometry import compose, invert
-from echoplan.io import read_map, write_recording
-from echoplan.model import Recording, Rig, Sweep
+from echoplan.io import builtin_rig, read_map, read_recording, write_arrays, write_recording
+from echoplan.model import Polyline, Recording, Rig, Route, Sweep, World
+from echoplan.simulation import Simulation
 from helpers.typed import echoplan, succeed
 
 # Frame of the second recording in that of the first one: 0.3 m and 20 degrees away.
@@ -83,7 +87,7 @@ def test_only_joint_maps_several(recordings: list[Path], tmp_path: Path) -> None
     done = echoplan("map", *recordings, "--method", "rcd", "--out", tmp_path / "map")
     assert (done.status, done.err) == (
         2,
-        "echoplan: --method: it maps one recording only; use joint for several recordings\n",
+        "echoplan: --method: it maps one recording only; use joint\n",
     )
 
 
@@ -92,3 +96,95 @@ def test_recordings_of_other_sensors_are_refused(recordings: list[Path], tmp_pat
     done = echoplan("map", recordings[0], tmp_path / "ring", "--out", tmp_path / "map")
     assert done.status == 2
     assert "its sensors are not those of one" in done.err
+
+
+@pytest.fixture(scope="module")
+def first(recordings: list[Path]) -> Path:
+    """The map of the first recording alone."""
+    out = recordings[0].parent / "first"
+    succeed("map", recordings[0], "--out", out)
+    return out
+
+
+@pytest.fixture(scope="module")
+def gone_on(recordings: list[Path], first: Path) -> Path:
+    """The map of the second recording, which goes on from that of the first."""
+    out = first.parent / "second"
+    printed = succeed("map", recordings[1], "--start", first, "--out", out)
+    assert "Changed since the recordings before two: nothing" in " ".join(printed.split())
+    return out
+
+
+def test_a_map_that_goes_on_from_a_map_is_that_of_both_recordings(mapped: Path, gone_on: Path) -> None:
+    both, after = read_map(mapped), read_map(gone_on)
+    assert len(after.walls) == len(both.walls)
+    for one, other in zip(both.walls, after.walls, strict=True):
+        assert one.endpoints_xy == pytest.approx(other.endpoints_xy, abs=1e-4)
+        assert np.sqrt(np.diag(one.covariance)) == pytest.approx(np.sqrt(np.diag(other.covariance)), rel=0.05)
+
+
+def test_its_poses_are_those_of_its_own_recording(recordings: list[Path], flat: ep.Simulation, gone_on: Path) -> None:
+    found, true = read_map(gone_on), flat.truth.poses[9:]
+    assert len(found.poses) == len(read_recording(recordings[1]))
+    assert np.hypot(*(found.poses - true)[:, :2].T).max() < 0.003
+
+
+def test_the_run_names_the_map_from_which_it_goes_on(first: Path, gone_on: Path) -> None:
+    assert tomllib.loads((gone_on / "run.toml").read_text(encoding="utf-8"))["run"]["start"] == str(first)
+    assert "Changes" in (gone_on / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("options", "name", "words"),
+    [
+        (["--method", "rcd"], "first", "--start: rcd cannot go on from a map; use joint"),
+        (["--poses", "trust"], "first", "--poses: the poses of a recording that goes on from another one"),
+        ([], "nowhere", "nowhere"),
+    ],
+)
+def test_what_cannot_go_on_is_refused_in_one_line(
+    recordings: list[Path], first: Path, tmp_path: Path, options: list[str], name: str, words: str
+) -> None:
+    start = first.parent / name
+    done = echoplan("map", recordings[1], "--start", start, *options, "--out", tmp_path / "map")
+    assert done.status == 2
+    assert words in done.err
+    assert done.err.count("\n") == 1
+    assert not (tmp_path / "map").exists()
+
+
+@pytest.mark.parametrize(("damage", "words"), [("missing", "it is missing"), ("version", "it is of another version")])
+def test_a_map_without_a_usable_prior_is_refused(
+    recordings: list[Path], first: Path, tmp_path: Path, damage: str, words: str
+) -> None:
+    start = tmp_path / "start"
+    shutil.copytree(first, start)
+    (start / "prior.npz").unlink()
+    if damage == "version":
+        write_arrays(start / "prior.npz", {"version": np.array([99.0])})
+    done = echoplan("map", recordings[1], "--start", start, "--out", tmp_path / "map")
+    assert (done.status, done.err.count("\n")) == (2, 1)
+    assert f"prior.npz: {words}" in done.err
+
+
+def test_a_cupboard_that_was_moved_is_reported(tmp_path: Path) -> None:
+    room = Polyline(
+        points_xy=np.array([[0.0, 0.0], [5.0, 0.0], [5.0, 4.0], [1.2, 4.0], [1.2, 3.0], [0.0, 3.0]]), closed=True
+    )
+    positions = [[1.6, 0.7], [3.2, 0.8], [4.4, 0.6], [4.3, 2.5], [3.6, 3.4], [2.4, 3.2], [1.7, 2.7], [0.7, 1.6]]
+    poses = np.array([[x, y, 0.5 * number] for number, (x, y) in enumerate([*positions, [1.9, 0.5], [3.4, 1.5]])])
+    shape, folders = np.array([[0.0, 0.0], [0.8, 0.0], [0.8, 0.5], [0.0, 0.5]]), []
+    cupboards = [shape + np.array(place) for place in ((1.4, 1.4), (3.0, 2.2))]
+    for day, cupboard in enumerate(cupboards):
+        world = World(name="room", polylines=(room, Polyline(points_xy=cupboard, closed=True)))
+        rig = builtin_rig("rotary-array")
+        drive = Simulation(world=world, rig=rig, route=Route(map_from_base=poses), seed=day)
+        folders.append(written(tmp_path / f"day{day}", list(drive), rig=rig, away=day * AWAY))
+    succeed("map", folders[0], "--out", tmp_path / "before")
+    printed = succeed("map", folders[1], "--start", tmp_path / "before", "--out", tmp_path / "after")
+    (changes,) = read_map(tmp_path / "after").changes
+    for pieces, cupboard in ((changes.gone_walls, cupboards[0]), (changes.new_walls, cupboards[1])):
+        assert pieces
+        assert all(Polygon(cupboard).exterior.distance(Point(ends.mean(axis=0))) < 0.02 for ends in pieces)
+    assert "gone: a wall of" in " ".join(printed.split())
+    assert "new: a wall of" in " ".join(printed.split())

@@ -45,6 +45,13 @@ def run(
             show_default="none",
         ),
     ] = "",
+    start: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder of an earlier map of the place, from which this one goes on; what has changed is reported.",
+            show_default="none",
+        ),
+    ] = None,
     config: Annotated[Path | None, typer.Option(help="Settings of the method, in a [method] table.")] = None,
     strict: Annotated[bool, typer.Option("--strict", help="Exit with status 2 if the map failed.")] = False,
     why: Annotated[bool, typer.Option("--why", help="Print why each landmark is in the map or not (joint).")] = False,
@@ -58,16 +65,18 @@ def run(
     Example: echoplan map rec/ --out map/ (or, for one map of two: echoplan map monday/ tuesday/ --out map/)
     """
     from echoplan.io import check_folder  # noqa: PLC0415 - --help must not wait for NumPy
-    from echoplan.mapping import RESULTS, export_formats, map_source  # noqa: PLC0415
+    from echoplan.mapping import PRIOR, RESULTS, export_formats, map_source  # noqa: PLC0415
     from echoplan.sources import open_source  # noqa: PLC0415
 
     settings, method = _settings(config, method=method, poses=poses)
     exports = export_formats(export.split(",") if export else ())
-    check_folder(out, [*RESULTS, *(name for each in exports for name in each.files)])
+    check_folder(out, [*RESULTS, PRIOR, *(name for each in exports for name in each.files)])
     opened = [open_source(each, bag=bag_options(topic, odom, field, mount)) for each in source]
     for each in opened:
         put_notes(each)
-    result = map_source(opened, name=" ".join(source), method=method, settings=settings, progress=TerminalProgress())
+    result = map_source(
+        opened, name=" ".join(source), method=method, settings=settings, start=start, progress=TerminalProgress()
+    )
     say_what_was_found(result.plan)
     if why:
         _say_why(result.decisions)

@@ -12,7 +12,13 @@ __all__ = ["say_what_was_found"]
 
 def say_what_was_found(plan: "Plan") -> None:
     """Print whether a map can be trusted, a line about what is in it, and a table of its openings if it has any."""
-    from echoplan.viewer import found_in_words, learned_in_words, opening_table, quality_lines  # noqa: PLC0415
+    from echoplan.viewer import (  # noqa: PLC0415
+        changes_in_words,
+        found_in_words,
+        learned_in_words,
+        opening_table,
+        quality_lines,
+    )
 
     if plan.feature_map.quality:
         for line in quality_lines(plan.feature_map.quality):
@@ -22,6 +28,7 @@ def say_what_was_found(plan: "Plan") -> None:
     if plan.feature_map.openings:
         put()
         show(opening_table(plan.feature_map.openings))
-    for section in learned_in_words(plan.feature_map, plan.conventions):
+    changes = changes_in_words(plan.feature_map.changes)
+    for section in (*changes, *learned_in_words(plan.feature_map, plan.conventions)):
         for name, text in section.items:
             put(f"{name}: {text}")

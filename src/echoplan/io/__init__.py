@@ -1,5 +1,6 @@
 """Formats: ``read_*`` beside ``write_*``, one file a format, each described in ``docs/formats.md``."""
 
+from echoplan.io.array_file import read_arrays, write_arrays
 from echoplan.io.builtin import (
     builtin_rig,
     builtin_route,
@@ -30,6 +31,7 @@ __all__ = [
     "builtin_world",
     "check_folder",
     "format_rig",
+    "read_arrays",
     "read_conventions",
     "read_grid",
     "read_map",
@@ -43,6 +45,7 @@ __all__ = [
     "rig_names",
     "route_names",
     "world_names",
+    "write_arrays",
     "write_bytes",
     "write_dxf",
     "write_geojson",

@@ -1,6 +1,7 @@
 """A map that was made before, as the prior of an estimate: its landmarks with their covariances."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -12,18 +13,27 @@ from echoplan.joint.landmarks import LANDMARKS
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.ping_scores import NO_PING_SCORES
 from echoplan.joint.likelihood.track_history import TrackHistory
+from echoplan.joint.map_extraction.segment import Segment
+from echoplan.joint.map_extraction.segments import SegmentSettings, find_segments
 from echoplan.joint.marginal_prior import MarginalPrior
 from echoplan.joint.optimisation.factors import InformationPrior
 from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS
 from echoplan.joint.pose_status import PoseModel, PoseReason, PoseStatus
 from echoplan.model import ClassProbabilities, CornerKind, FeatureMap, Wall
 
-__all__ = ["known_landmarks", "prior_of_map", "resumed"]
+__all__ = ["known_landmarks", "prior_of_map", "resumed", "views_of"]
 
 # Log-likelihood ratio of a landmark of the map [nats]: it stays even if it is not detected again.
 _CERTAIN_LLR = 1e4
 # Least standard deviation of a parameter of a landmark [m or rad]: some methods write maps without uncertainties.
 _MIN_SIGMA = 1e-4
+# Log-likelihood ratio that earlier recordings leave to a landmark [nats]: two stations that miss it entirely, with 12
+# nats each, take it below the 12 with which a landmark is accepted.
+_PERSISTENT_LLR = 36.0
+# Log-likelihood ratio of a wall at the foot of a station from which the station detected it [nats].
+_CLEAR_LLR = 5.0
+# Share of the extent of a line that one segment covers if that is all there is on it.
+_WHOLE = 0.8
 # Standard deviations of a first pose that scan matching found [m, m, rad].
 _FIRST_SIGMAS = np.array([0.05, 0.05, np.radians(3.0)])
 
@@ -69,19 +79,21 @@ def prior_of_map(feature_map: FeatureMap, pose: FloatArray, *, noise: float) -> 
     )
 
 
-def resumed(prior: MarginalPrior, pose: FloatArray) -> MarginalPrior:
+def resumed(prior: MarginalPrior, pose: FloatArray, settings: SegmentSettings) -> MarginalPrior:
     """Return the prior of an estimate that goes on with another recording, all stations so far being marginalised.
 
-    Landmarks keep their histories and their joint information, the servo its calibration. The sonar begins anew, as the
-    air may have another temperature. Its scale keeps the prior of a drive, since the robot may leave what is known.
-    ``pose`` is the first one of the recording, shape (3,) [m, m, rad].
+    Landmarks keep their histories and their joint information, the servo its calibration. But a landmark may have been
+    moved since: however often it was detected, two stations that miss it remove it. Only a line with several walls
+    stays: a station before the gap between two of them seems to miss it. The sonar begins anew, as the air may have
+    another temperature. Its scale keeps the prior of a drive, since the robot may leave what is known.
+    ``pose`` is the first one of the recording, shape (3,) [m, m, rad]; ``settings`` are those of wall segments.
     """
     count = sum(len(each.parameters) for each in prior.features)
     known = prior.summary.marginalised_onto(np.arange(count))
     nothing = np.zeros((len(SONAR_UNKNOWNS), len(SONAR_UNKNOWNS)))
     information = np.diag(_FIRST_SIGMAS**-2.0)
     return MarginalPrior(
-        features=prior.features,
+        features=_persistent(prior, settings),
         summary=InformationPrior(
             np.arange(count + len(nothing) + 3),
             block_diag(known.information, nothing, information),
@@ -95,7 +107,48 @@ def resumed(prior: MarginalPrior, pose: FloatArray) -> MarginalPrior:
         servo=prior.servo,
         noise=prior.noise,
         issued=prior.issued,
+        path_xy=np.vstack([prior.path_xy, np.full((1, 2), np.nan)]),
     )
+
+
+def views_of(prior: MarginalPrior) -> FloatArray:
+    """Return lines of sight along which stations detected walls, shape (v, 2, 2) [m]: station and foot on the wall."""
+    views = [np.zeros((0, 2, 2))]
+    for wall in (each for each in prior.features if each.is_wall):
+        seen = wall.history.line
+        # The first column is of a wall that goes on past the foot.
+        clear = seen.log_ratios[:, :, 0].min(axis=1, initial=np.inf) > _CLEAR_LLR
+        normal = directions(wall.line[0])
+        feet = wall.line[1] * normal + seen.feet[:, None] * np.array([-normal[1], normal[0]])
+        views.append(np.stack([seen.centers_xy, feet], axis=1)[clear])
+    return np.concatenate(views)
+
+
+def _persistent(prior: MarginalPrior, settings: SegmentSettings) -> list[Hypothesis]:
+    """Return the landmarks, of which those that are one piece may have been moved since they were detected."""
+    segments = find_segments(prior.features, prior.corner_echoes_of(prior.features), prior.path_xy, settings)
+    parts: dict[int, list[Segment]] = {}
+    for each in segments:
+        parts.setdefault(each.owner, []).append(each)
+    return [
+        _movable(each) if _is_one_piece(each, parts.get(number, [])) else each
+        for number, each in enumerate(prior.features)
+    ]
+
+
+def _is_one_piece(landmark: Hypothesis, segments: Sequence[Segment]) -> bool:
+    """Return True if a landmark is no wall, or if its only segment covers most of its extent."""
+    if not landmark.is_wall:
+        return True
+    low, high = landmark.extent
+    return len(segments) == 1 and segments[0].high - segments[0].low > _WHOLE * (high - low)
+
+
+def _movable(landmark: Hypothesis) -> Hypothesis:
+    """Return a landmark with a log-likelihood ratio that two stations outweigh."""
+    llr = min(landmark.llr, _PERSISTENT_LLR)
+    history = replace(landmark.history, llr=llr, best_llr=min(landmark.history.best_llr, llr / 2.0))
+    return replace(landmark, llr=llr, history=history)
 
 
 def _lines(walls: tuple[Wall, ...]) -> Iterator[tuple[FloatArray, tuple[float, float], FloatArray]]:

@@ -5,6 +5,9 @@ circle tangent to them (Leonard and Durrant-Whyte 1992). A physical model of sig
 predicts detections and non-detections, and so decides which of these explains the pings.
 """
 
+from dataclasses import dataclass, replace
+from functools import cached_property
+
 import numpy as np
 from threadpoolctl import threadpool_limits
 
@@ -58,9 +61,11 @@ class JointMapper:
         self._sweeps: list[Sweep] = []
         self._measurements: list[Measurements] = []
         self._first_station = 0
-        # Indices of the sweeps at which another recording begins, and the pose of one of which no sweep was added yet.
-        self._beginnings: list[int] = []
+        # Number of sweeps before this recording, and the first pose of the next one if no sweep of it was added yet.
+        self._earlier = 0
         self._next_start: FloatArray | None = None
+        # The solution for all sweeps so far, if it was asked for.
+        self._solved: _Solution | None = None
 
     def add(self, sweep: Sweep) -> None:
         """Add a sweep; marginalise the oldest stations once the window is full.
@@ -74,6 +79,7 @@ class JointMapper:
             return
         if self._next_start is not None:
             self._resume(self._next_start)
+        self._solved = None
         self._indices.append(sweep.index)
         self._sweeps.append(sweep)
         self._measurements.append(measurements_of(sweep, self.rig))
@@ -86,7 +92,8 @@ class JointMapper:
     def begin_recording(self, pose: FloatArray) -> None:
         """Go on with another recording of the same place with the next sweep: earlier stations are marginalised then.
 
-        Its poses may be in a frame of their own; they count as those of odometry.
+        Its poses may be in a frame of their own; they count as those of odometry.  Landmarks may have moved since: one
+        that the recording misses is removed, however often it was detected before.
 
         Parameters
         ----------
@@ -97,9 +104,9 @@ class JointMapper:
         Raises
         ------
         InvalidValueError
-            If there is no sweep before it.
+            If there is neither a sweep nor a map before it.
         """
-        if not self._sweeps:
+        if not self._sweeps and self._marginal_prior.is_empty:
             raise InvalidValueError("add the sweeps of a recording before another one begins")
         self._next_start = pose
 
@@ -114,26 +121,37 @@ class JointMapper:
         with _one_thread():
             return self._map()
 
+    def prior(self) -> MarginalPrior | None:
+        """Return what is known after all sweeps so far, with which another mapper can go on; None without echoes."""
+        if not self._has_echoes:
+            return None
+        if not self._sweeps:
+            return self._marginal_prior
+        with _one_thread():
+            stations = self._stations()
+            return replace(self._solve(stations).prior, path_xy=self._path_xy(self._trajectory(stations)))
+
     def trajectory(self) -> tuple[Trajectory, EchoModel]:
         """Return the poses of all sweeps so far, at least one with pings, and the estimated sonar; make no map."""
         with _one_thread():
             stations = self._stations()
-            estimate = self._estimate(stations)
-            return joined([*self._done, self._posed(estimate, stations)]), estimate.model
+            return self._trajectory(stations), self._solve(stations).estimate.model
+
+    @property
+    def _has_echoes(self) -> bool:
+        return not self._marginal_prior.is_empty or any(len(part.readings) for part in self._measurements)
 
     def _map(self) -> FeatureMap:
         parameters, sweeps = self.settings.model_dump(mode="json"), np.array(self._indices, dtype=np.int64)
-        if self._marginal_prior.is_empty and not any(len(part.readings) for part in self._measurements):
+        if not self._has_echoes:
             return FeatureMap(method="joint", parameters=parameters, sweeps=sweeps, poses=self._given())
         stations = self._stations()
-        estimate = self._estimate(stations)
-        posed = joined([*self._done, self._posed(estimate, stations)])
-        driven = np.insert(posed.poses[:, :2], self._beginnings, np.nan, axis=0)
-        path_xy = driven if self.settings.segments.driven else np.zeros((0, 2))
-        found = survey(estimate, path_xy)
+        solved, posed = self._solve(stations), self._trajectory(stations)
+        path_xy = self._path_xy(posed) if self.settings.segments.driven else np.zeros((0, 2))
+        found = survey(solved.estimate, solved.prior, path_xy)
         gaps = found.gaps(path_xy)
         learned = {
-            **calibration(estimate, found.solution),
+            **calibration(solved.estimate, found.solution),
             "right_angles": found.right_angles(),
             "undetermined": list(posed.undetermined),
         }
@@ -150,28 +168,40 @@ class JointMapper:
             pose_covariances=posed.covariances,
         )
 
-    def _estimate(self, stations: Stations) -> Estimate:
-        record_window(self._first_station)
-        measurements = without_repeats(at_stations(join_measurements(self._measurements), stations))
-        return estimate_map(
-            initial_estimate(self.rig, measurements, stations.poses, self.settings, self._marginal_prior)
-        )
+    def _solve(self, stations: Stations) -> "_Solution":
+        if self._solved is None:
+            record_window(self._first_station)
+            measurements = without_repeats(at_stations(join_measurements(self._measurements), stations))
+            first = initial_estimate(self.rig, measurements, stations.poses, self.settings, self._marginal_prior)
+            self._solved = _Solution(estimate_map(first))
+        return self._solved
+
+    def _trajectory(self, stations: Stations) -> Trajectory:
+        return joined([*self._done, self._posed(self._solve(stations).estimate, stations)])
+
+    def _path_xy(self, trajectory: Trajectory) -> FloatArray:
+        """Return the path of the robot, shape (p, 2) [m]; a row of NaN separates recordings."""
+        return np.vstack([self._marginal_prior.path_xy, trajectory.poses[self._earlier :, :2]])
 
     def _let_go(self, stations: Stations, count: int) -> None:
         """Marginalise the ``count`` oldest stations and drop their pings."""
-        estimate, gone = self._estimate(stations), int((stations.numbers < count).sum())
+        estimate, gone = self._solve(stations).estimate, int((stations.numbers < count).sum())
         self._marginal_prior = marginalise(estimate, count)
         self._done.append(self._posed(estimate, stations).first(gone))
         del self._sweeps[:gone], self._measurements[:gone]
         self._first_station += count
+        self._solved = None
 
     def _resume(self, pose: FloatArray) -> None:
         """Marginalise all stations, and go on from a pose [m, m, rad] that is known roughly."""
-        stations = self._stations()
-        with _one_thread():
-            self._let_go(stations, len(stations.poses))
-        self._marginal_prior = resumed(self._marginal_prior, pose)
-        self._beginnings.append(len(self._indices))
+        if self._sweeps:
+            stations = self._stations()
+            with _one_thread():
+                path_xy = self._path_xy(self._trajectory(stations))
+                self._let_go(stations, len(stations.poses))
+            self._marginal_prior = replace(self._marginal_prior, path_xy=path_xy)
+        self._marginal_prior = resumed(self._marginal_prior, pose, self.settings.segments)
+        self._earlier = len(self._indices)
         self._next_start = None
 
     def _posed(self, estimate: Estimate, stations: Stations) -> Trajectory:
@@ -183,6 +213,18 @@ class JointMapper:
 
     def _given(self) -> FloatArray:
         return np.array([sweep.station for sweep in self._sweeps]).reshape(-1, 3)
+
+
+@dataclass(frozen=True)
+class _Solution:
+    """The estimate from all stations of the window, and what remains of it once they are marginalised."""
+
+    estimate: Estimate
+
+    @cached_property
+    def prior(self) -> MarginalPrior:
+        """Landmarks with the histories and the information of all stations."""
+        return marginalise(self.estimate, len(self.estimate.measured_poses))
 
 
 def _one_thread() -> threadpool_limits:

@@ -68,6 +68,8 @@ class MarginalPrior:
         Number of track numbers assigned so far.
     is_known_map : bool, optional
         Whether the landmarks are those of a map that was made before, which determines the scale.
+    path_xy : ndarray, shape (p, 2), optional
+        Path of the robot in earlier recordings [m]; a row of NaN ends each.
     """
 
     features: Sequence[Hypothesis] = ()
@@ -87,6 +89,7 @@ class MarginalPrior:
     dead_reckoned: FloatArray = field(default_factory=lambda: np.zeros(3))
     issued: int = 0
     is_known_map: bool = False
+    path_xy: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
 
     @property
     def is_empty(self) -> bool:

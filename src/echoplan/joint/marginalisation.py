@@ -42,12 +42,13 @@ _UNLIKELY = 0.05
 _WIDE_GAP = 0.4
 
 
-def survey(estimate: Estimate, path_xy: FloatArray) -> MapBuilder:
+def survey(estimate: Estimate, marginal_prior: MarginalPrior, path_xy: FloatArray) -> MapBuilder:
     """Return the builder of the map of all stations so far, after one more optimisation of all that is known.
 
-    ``path_xy`` is the path of the robot from the first station on, shape (p, 2) [m].
+    ``marginal_prior`` is what remains of the estimate once all its stations are marginalised; ``path_xy`` is the path
+    of the robot from the first station on, shape (p, 2) [m].
     """
-    marginal_prior, settings = marginalise(estimate, len(estimate.measured_poses)), estimate.settings
+    settings = estimate.settings
     found = [each for each in marginal_prior.features if _is_there(each)]
     for each in marginal_prior.features:
         if not _is_there(each):
@@ -142,6 +143,7 @@ def marginalise(estimate: Estimate, count: int) -> MarginalPrior:
         dead_reckoned=_dead_reckoned(estimate, count),
         issued=estimate.marginal_prior.issued + len(known),
         is_known_map=estimate.marginal_prior.is_known_map,
+        path_xy=estimate.marginal_prior.path_xy,
     )
 
 

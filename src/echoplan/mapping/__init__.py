@@ -6,11 +6,13 @@ from echoplan.mapping.locate import LOCATED, LocateResult, locate_source, locate
 from echoplan.mapping.progress import SILENT, Progress
 from echoplan.mapping.result import MapResult
 from echoplan.mapping.run import map_source
+from echoplan.mapping.start import PRIOR
 
 __all__ = [
     "EXPORTS",
     "LOCATED",
     "PICTURES",
+    "PRIOR",
     "RESULTS",
     "SILENT",
     "ExportFormat",

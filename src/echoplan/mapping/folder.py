@@ -10,12 +10,14 @@ from echoplan.errors import EchoplanError
 from echoplan.evaluation import evaluate, evaluation_tables
 from echoplan.io import write_grid, write_map, write_text, write_trajectory, written_whole
 from echoplan.mapping.exports import EXPORTS, Exportable, ExportFormat
+from echoplan.mapping.start import PRIOR, write_prior
 from echoplan.viewer import (
     PAPER_FIGURES,
     Definitions,
     Plan,
     Report,
     Section,
+    changes_in_words,
     flattened,
     learned_in_words,
     plan_svg,
@@ -59,9 +61,10 @@ def results_folder(folder: Path, result: "MapResult", *, exports: Iterable[Expor
     plan = result.plan
     decisions = (result.decisions,) if result.decisions.items else ()
     learned = learned_in_words(plan.feature_map, plan.conventions)
-    sections = (*result.sections, *decisions, *learned, *_evaluated(plan), _settings(result))
+    changes = changes_in_words(plan.feature_map.changes)
+    sections = (*result.sections, *changes, *decisions, *learned, *_evaluated(plan), _settings(result))
     exported = (name for each in EXPORTS.values() for name in each.files)
-    optional = {*GRID, *exported, *(f"{PICTURES}/{name}.png" for name in PAPER_FIGURES)}
+    optional = {PRIOR, *GRID, *exported, *(f"{PICTURES}/{name}.png" for name in PAPER_FIGURES)}
     with written_whole(folder, stale=sorted(optional) if (folder / "run.toml").exists() else ()) as draft:
         write_map(draft / "map.json", plan.feature_map)
         write_text(draft / "map.svg", plan_svg(plan))
@@ -70,6 +73,8 @@ def results_folder(folder: Path, result: "MapResult", *, exports: Iterable[Expor
         write_run(draft / "run.toml", result.run, result.settings)
         if result.grid is not None:
             write_grid(draft / "map.yaml", result.grid)
+        if result.known is not None:
+            write_prior(draft / PRIOR, result.known.prior, origin_xy=result.known.origin_xy)
         failure = _export(draft, result.exportable, exports=exports)
         yield draft
     # A map may have taken hours: it is kept if it cannot be written in one more format.
@@ -94,6 +99,7 @@ def _evaluated(plan: Plan) -> tuple[Section, ...]:
 
 def _settings(result: "MapResult") -> Definitions:
     run = (("echoplan", result.run.version), ("source", result.run.source), ("method", result.run.method or ""))
+    start = (("start", result.run.start),) if result.run.start else ()
     seed = () if result.run.seed is None else (("seed", str(result.run.seed)),)
     settings = {name: stage.model_dump(mode="json") for name, stage in result.settings.items()}
-    return Definitions(title="Settings of the run", items=(*run, *seed, *flattened(settings)), folded=True)
+    return Definitions(title="Settings of the run", items=(*run, *start, *seed, *flattened(settings)), folded=True)

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from os import PathLike
+from os import PathLike, fspath
 from pathlib import Path
 
 import numpy as np
@@ -213,7 +213,9 @@ def locate_source(
         pose_covariances=found.covariances,
     )
     return LocateResult(
-        run=Run(source=name, method="joint"),
+        run=Run(
+            source=name, method="joint", start=None if isinstance(feature_map, FeatureMap) else fspath(feature_map)
+        ),
         feature_map=there,
         localisation=found,
         quality=quality,

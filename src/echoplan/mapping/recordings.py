@@ -15,9 +15,10 @@ from echoplan.geometry import compose, invert
 from echoplan.joint.localisation import localise
 from echoplan.joint.mapper import JointMapper
 from echoplan.joint.settings import PoseMode
+from echoplan.mapping.changes import contradicts, find_changes, later_views
 from echoplan.mapping.progress import Progress
 from echoplan.methods import LocalMapper, map_sweeps
-from echoplan.model import FeatureMap, Rig, Source, Sweep, Verdict
+from echoplan.model import Changes, FeatureMap, Rig, Source, Sweep, Verdict
 from echoplan.preprocessing import clean_sweeps, find_faults
 from echoplan.sources import as_source
 
@@ -27,8 +28,9 @@ __all__ = ["OneOrSeveral", "Recordings", "map_recordings", "read_recordings"]
 AnySource: TypeAlias = Source | str | PathLike[str]
 OneOrSeveral: TypeAlias = AnySource | Sequence[AnySource]
 
-# Numbers of stations by which a recording is located, in this order: only its beginning may lie in the map.
-_STATIONS = (6, 4, 3)
+# Numbers of stations by which a recording is located, in this order: more of them decide between rooms that look alike,
+# but perhaps only its beginning lies in the map.
+_STATIONS = (6, 12, 24, 4, 3)
 # Time between two recordings if the clock of the later one does not go on [ns].
 _PAUSE_NS = 1_000_000_000
 
@@ -91,6 +93,7 @@ def map_recordings(
     mapper: LocalMapper,
     recordings: Recordings,
     *,
+    known: FeatureMap | None = None,
     follow: Callable[[Sequence[Sweep]], Iterable[Sweep]] = iter,
 ) -> tuple[FeatureMap, tuple[Sweep, ...]]:
     """Map one recording, or several of one place, each with poses in a frame of its own.
@@ -101,43 +104,56 @@ def map_recordings(
         The mapper.
     recordings : Recordings
         The recordings, in the order of time.
+    known : FeatureMap, optional
+        The map from which the mapper goes on; none by default.
     follow : callable, optional
         Is given the cleaned sweeps of each recording, with poses in the frame of the map, and passes them on.
 
     Returns
     -------
     feature_map : FeatureMap
-        The map, in the frame of the first recording.  Sweeps are numbered through all recordings.
+        The map, in the frame of the map before, or else of the first recording, with what changed from one recording to
+        the next.  Sweeps are numbered through all recordings.
     sweeps : tuple of Sweep
         All sweeps as recorded, but in that frame and with these numbers.
 
     Raises
     ------
     InputError
-        If several recordings are to be mapped, and the method maps one only, their poses are to be trusted, they have
-        different sensors, or one has no pings or no positions, or begins where those before it show too little.
+        If several recordings are to be mapped, or one after a map, and the method maps one only, their poses are to be
+        trusted, they have different sensors, or one has no pings or no positions, or begins where those before it show
+        too little.
     """
-    if len(recordings.sources) > 1:
+    if len(recordings.sources) > 1 or known is not None:
         _check_several(mapper, recordings)
-    found, mapped = map_sweeps(mapper, recordings.sweeps[0], follow=follow), recordings.sweeps[0]
-    for name, recorded in zip(recordings.names[1:], recordings.sweeps[1:], strict=True):
+    found, mapped, changes = known, tuple[Sweep, ...](), list[Changes]()
+    for name, recorded in zip(recordings.names, recordings.sweeps, strict=True):
+        if found is None:
+            found, mapped = map_sweeps(mapper, recorded, follow=follow), recorded
+            continue
         sweeps = [sweep for sweep in recorded if len(sweep)]
         faults = find_faults(sweeps, mapper.rig)
         start = _start(name, clean_sweeps(sweeps, mapper.rig, faults), known=found, rig=mapper.rig)
+        earlier = mapper.views_xy
         mapper.begin_recording(start)
-        moved = _after(mapped[-1], sweeps, away=compose(start, invert(sweeps[0].station)))
+        moved = _moved(sweeps, away=compose(start, invert(sweeps[0].station)), after=mapped)
         for sweep in follow(clean_sweeps(moved, mapper.rig, faults)):
             mapper.add(sweep)
-        found, mapped = mapper.result(), (*mapped, *moved)
-    return found, mapped
+        before, found, mapped = found, mapper.result(), (*mapped, *moved)
+        later = later_views(earlier, mapper.views_xy)
+        if contradicts(before, later):
+            raise InputError(name, "it is of another place than what came before", remedy="map it alone")
+        changes.append(find_changes(before, found, recording=name, earlier=earlier, later=later))
+    assert found is not None
+    return replace(found, changes=tuple(changes)), mapped
 
 
 def _check_several(mapper: LocalMapper, recordings: Recordings) -> None:
     """Refuse recordings that cannot be mapped together."""
     if not isinstance(mapper.mapper, JointMapper):
-        raise InputError("--method", "it maps one recording only", remedy="use joint for several recordings")
+        raise InputError("--method", "it maps one recording only", remedy="use joint")
     if mapper.mapper.settings.poses is PoseMode.TRUST:
-        problem = "only the poses of the first of several recordings can be trusted: each has a frame of its own"
+        problem = "the poses of a recording that goes on from another one cannot be trusted: its frame is its own"
         raise InputError("--poses", problem, remedy="leave it out")
     for name, source, sweeps in zip(recordings.names, recordings.sources, recordings.sweeps, strict=True):
         if source.rig.sensors != mapper.rig.sensors:
@@ -149,14 +165,16 @@ def _check_several(mapper: LocalMapper, recordings: Recordings) -> None:
             raise InputError(name, "it has no positions", remedy="record the poses of the robot with it")
 
 
-def _after(last: Sweep, sweeps: Sequence[Sweep], *, away: FloatArray) -> tuple[Sweep, ...]:
-    """Return sweeps with poses moved to the frame of the map, and with numbers and times after those of a sweep."""
-    late = max(0, int(last.stamps_ns[-1]) + _PAUSE_NS - int(sweeps[0].stamps_ns[0]))
+def _moved(sweeps: Sequence[Sweep], *, away: FloatArray, after: Sequence[Sweep]) -> tuple[Sweep, ...]:
+    """Return sweeps with poses in the frame of the map, and with numbers and times after those of other sweeps."""
+    first, late = sweeps[0].index, 0
+    if after:
+        first, late = after[-1].index + 1, int(after[-1].stamps_ns[-1]) + _PAUSE_NS - int(sweeps[0].stamps_ns[0])
     return tuple(
         replace(
             sweep,
-            index=last.index + 1 + number,
-            stamps_ns=sweep.stamps_ns + late,
+            index=first + number,
+            stamps_ns=sweep.stamps_ns + max(0, late),
             map_from_base=compose(away, sweep.map_from_base),
         )
         for number, sweep in enumerate(sweeps)
@@ -180,10 +198,13 @@ def _start(name: str, sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig) -
 
 
 def _located(sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig, start: FloatArray | None) -> FloatArray | None:
-    """Return the pose of the first of some sweeps in a map if it is certain, shape (3,) [m, m, rad]."""
+    """Return the pose of the first of some sweeps in a map if it is the only one, shape (3,) [m, m, rad].
+
+    Some echoes may not fit the map: furniture may have been moved.
+    """
     try:
         found = localise(sweeps, known, rig=rig, start=start)
     except InvalidValueError:
         return None
-    is_certain = assess_localisation(found, known).verdict is Verdict.GOOD and not found.kidnapped
-    return found.poses[0] if is_certain else None
+    is_there = assess_localisation(found, known).verdict is not Verdict.FAILED
+    return found.poses[0] if is_there and not found.is_ambiguous and not found.kidnapped else None

@@ -15,6 +15,7 @@ from echoplan.evaluation import Evaluation, EvaluationSettings, evaluate
 from echoplan.io.truth import as_truth
 from echoplan.mapping.exports import Exportable, export_formats, export_map
 from echoplan.mapping.folder import GRID, RESULTS, results_folder
+from echoplan.mapping.start import PRIOR, KnownPlace
 from echoplan.model import (
     Corner,
     Cylinder,
@@ -56,6 +57,8 @@ class MapResult:
         What else the report says, before the tables of the evaluation.
     grid : OccupancyGrid, optional
         The grid of a method that maps on one.
+    known : KnownPlace, optional
+        What another recording needs to go on from the map, if its method can.
     """
 
     title: str
@@ -67,6 +70,7 @@ class MapResult:
     decisions: Definitions = field(default_factory=lambda: Definitions(title="Why", items=()))
     sections: tuple[Section, ...] = ()
     grid: OccupancyGrid | None = None
+    known: KnownPlace | None = None
 
     @property
     def feature_map(self) -> FeatureMap:
@@ -124,6 +128,8 @@ class MapResult:
     def save(self, folder: str | PathLike[str], *, export: str | Sequence[str] = ()) -> tuple[str, ...]:
         """Write ``map.json``, ``map.svg``, ``report.html``, ``trajectory.tum`` and ``run.toml``; all or none.
 
+        A map of joint has a ``prior.npz``, too, with which the map of another recording can go on from it.
+
         Parameters
         ----------
         folder : str or Path
@@ -148,8 +154,8 @@ class MapResult:
         exports = export_formats(export)
         with results_folder(Path(folder), self, exports=exports):
             pass
-        grid = () if self.grid is None else GRID
-        return tuple(dict.fromkeys([*RESULTS, *grid, *(name for each in exports for name in each.files)]))
+        made = (*(() if self.known is None else (PRIOR,)), *(() if self.grid is None else GRID))
+        return tuple(dict.fromkeys([*RESULTS, *made, *(name for each in exports for name in each.files)]))
 
     def export(self, path: str | PathLike[str]) -> None:
         """Write the map in the format that the suffix of a file names.

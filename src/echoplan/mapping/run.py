@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
-from os import PathLike
+from os import PathLike, fspath
 
 from pydantic import BaseModel
 
@@ -12,12 +12,14 @@ from echoplan.diagnosis import assess
 from echoplan.errors import InputError
 from echoplan.io.structure import validated
 from echoplan.io.truth import as_truth
+from echoplan.joint.mapper import JointMapper, JointSettings
 from echoplan.joint.trace import collect_events
 from echoplan.mapping.progress import SILENT, Progress
 from echoplan.mapping.recordings import OneOrSeveral, map_recordings, read_recordings
 from echoplan.mapping.result import MapResult
-from echoplan.methods import find_method, grid_of, observations_of
-from echoplan.model import Sweep, Truth
+from echoplan.mapping.start import KnownPlace, read_start
+from echoplan.methods import LocalMapper, Method, find_method, grid_of, observations_of
+from echoplan.model import Rig, Sweep, Truth
 from echoplan.sources import conventions_of, find_truth, has_rig_file
 from echoplan.viewer import EchoListener, Plan, decisions_in_words
 
@@ -29,6 +31,7 @@ def map_source(
     *,
     method: str = "joint",
     settings: BaseModel | Mapping[str, object] | None = None,
+    start: str | PathLike[str] | None = None,
     truth: Truth | str | PathLike[str] | None = None,
     name: str | None = None,
     progress: Progress = SILENT,
@@ -45,6 +48,9 @@ def map_source(
         Name of the method, one of ``METHODS``.
     settings : BaseModel or mapping, optional
         Settings of the method: those of its ``settings_type``, or some of its keys, as in ``{"poses": "trust"}``.
+    start : str or Path, optional
+        Folder of a map that joint made of the same place before; the new one goes on from it, in its frame, and tells
+        what has changed.  The recording must begin where that map has walls.  None by default.
     truth : Truth or str or Path, optional
         Ground truth, or a ``truth.json``; by default that of the simulator, or the ``truth.json`` beside the
         recording, if there is one.
@@ -76,7 +82,8 @@ def map_source(
     truth = find_truth(opened) if truth is None else as_truth(truth)
     chosen = find_method(method)
     settings = _checked(settings, chosen.settings_type)
-    mapper, listener = chosen.build(rig, settings), EchoListener(rig)
+    known = None if start is None else read_start(start)
+    mapper, listener = _mapper(chosen, rig, settings, known=known), EchoListener(rig)
     mapped: list[Sweep] = []
     with collect_events() as events, ExitStack() as shown:
 
@@ -86,7 +93,9 @@ def map_source(
             yield from listener.listen(progress.track(cleaned, total=len(cleaned), task="mapping"))
             shown.enter_context(progress.busy("putting the map together"))
 
-        found, sweeps = map_recordings(mapper, read, follow=follow)
+        known_map = None if known is None else known.feature_map
+        found, sweeps = map_recordings(mapper, read, known=known_map, follow=follow)
+        prior = mapper.prior()
     conventions = conventions_of(opened)
     with progress.busy("checking the map"):
         quality = assess(found, rig, sweeps, conventions=conventions, has_rig_file=has_rig_file(opened))
@@ -95,7 +104,7 @@ def map_source(
     decisions = decisions_in_words([each.translated(offset_xy) for each in events], found)
     return MapResult(
         title=f"Map of {opened.name}",
-        run=Run(source=name or " ".join(read.names), method=method),
+        run=Run(source=name or " ".join(read.names), method=method, start=None if start is None else fspath(start)),
         settings={"method": settings},
         plan=Plan(
             feature_map=found,
@@ -108,7 +117,17 @@ def map_source(
         sweeps=tuple(mapped),
         decisions=decisions,
         grid=grid_of(mapper),
+        known=None if prior is None else KnownPlace(feature_map=found, prior=prior, origin_xy=mapper.origin_xy),
     )
+
+
+def _mapper(method: Method, rig: Rig, settings: BaseModel, *, known: KnownPlace | None) -> LocalMapper:
+    """Return a mapper that begins anew, or that goes on from a map."""
+    if known is None:
+        return method.build(rig, settings)
+    if not isinstance(settings, JointSettings):
+        raise InputError("--start", f"{method.name} cannot go on from a map", remedy="use joint")
+    return LocalMapper(JointMapper(rig, settings, prior=known.prior), rig, origin_xy=known.origin_xy)
 
 
 def _checked(settings: BaseModel | Mapping[str, object] | None, settings_type: type[BaseModel]) -> BaseModel:

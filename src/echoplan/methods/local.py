@@ -7,7 +7,9 @@ import numpy as np
 from echoplan.arrays import FloatArray
 from echoplan.classical.features import Observation
 from echoplan.errors import InvalidValueError
+from echoplan.joint.known_map import views_of
 from echoplan.joint.mapper import JointMapper
+from echoplan.joint.marginal_prior import MarginalPrior
 from echoplan.methods.mapper import Mapper, grid_of, needs_places, observations_of, points_of
 from echoplan.model import FeatureMap, OccupancyGrid, Rig, Sweep, translated
 
@@ -27,12 +29,14 @@ class LocalMapper:
         What maps in the local frame.
     rig : Rig
         What made the sweeps.
+    origin_xy : ndarray, shape (2,), optional
+        Origin of the local frame, if the mapper knows something in it [m].
     """
 
-    def __init__(self, mapper: Mapper, rig: Rig) -> None:
+    def __init__(self, mapper: Mapper, rig: Rig, *, origin_xy: FloatArray | None = None) -> None:
         self.mapper = mapper
         self.rig = rig
-        self._origin_xy = np.zeros(2)
+        self._origin_xy = origin_xy
         self._last: Sweep | None = None
 
     def add(self, sweep: Sweep) -> None:
@@ -55,7 +59,7 @@ class LocalMapper:
         self.rig.indices(sweep.sensor_ids)
         if self._last is not None:
             _check_order(self._last, sweep)
-        origin_xy = np.round(sweep.station[:2]) if self._last is None else self._origin_xy
+        origin_xy = np.round(sweep.station[:2]) if self._origin_xy is None else self._origin_xy
         self.mapper.add(replace(sweep, map_from_base=sweep.map_from_base - np.append(origin_xy, 0.0)))
         self._origin_xy, self._last = origin_xy, sweep
 
@@ -74,7 +78,23 @@ class LocalMapper:
         """
         if not isinstance(self.mapper, JointMapper):
             raise InvalidValueError("the method maps one recording only")
-        self.mapper.begin_recording(pose - np.append(self._origin_xy, 0.0))
+        self.mapper.begin_recording(pose - np.append(self.origin_xy, 0.0))
+
+    def prior(self) -> MarginalPrior | None:
+        """Return what is known after all sweeps so far, in the local frame, with which another mapper can go on.
+
+        Returns
+        -------
+        MarginalPrior or None
+            None if the method maps one recording only, or there were no echoes.
+        """
+        return self.mapper.prior() if isinstance(self.mapper, JointMapper) else None
+
+    @property
+    def views_xy(self) -> FloatArray:
+        """Lines of sight along which walls were detected, shape (v, 2, 2) [m]: from the station to the wall."""
+        prior = self.prior()
+        return np.zeros((0, 2, 2)) if prior is None else views_of(prior) + self.origin_xy
 
     def result(self) -> FeatureMap:
         """Make the map of all sweeps so far.
@@ -84,7 +104,7 @@ class LocalMapper:
         FeatureMap
             In the frame of the sweeps.
         """
-        return translated(self.mapper.result(), self._origin_xy)
+        return translated(self.mapper.result(), self.origin_xy)
 
     @property
     def needs_places(self) -> bool:
@@ -94,26 +114,26 @@ class LocalMapper:
     @property
     def points_xy(self) -> FloatArray:
         """Points of which the mapper makes its map [m], shape (n, 2)."""
-        return points_of(self.mapper) + self._origin_xy
+        return points_of(self.mapper) + self.origin_xy
 
     @property
     def observations(self) -> tuple[Observation, ...]:
         """What the mapper located in single sweeps."""
         return tuple(
-            replace(each, point=replace(each.point, hub_xy=each.point.hub_xy + self._origin_xy))
+            replace(each, point=replace(each.point, hub_xy=each.point.hub_xy + self.origin_xy))
             for each in observations_of(self.mapper)
         )
 
     @property
     def origin_xy(self) -> FloatArray:
         """Origin of the local frame in the frame of the sweeps [m], shape (2,)."""
-        return self._origin_xy.copy()
+        return np.zeros(2) if self._origin_xy is None else self._origin_xy.copy()
 
     @property
     def grid(self) -> OccupancyGrid | None:
         """The grid beneath the map, if the mapper keeps one."""
         grid = grid_of(self.mapper)
-        return grid and replace(grid, origin_xy=grid.origin_xy + self._origin_xy)
+        return grid and replace(grid, origin_xy=grid.origin_xy + self.origin_xy)
 
 
 def _check_order(last: Sweep, sweep: Sweep) -> None:

@@ -1,13 +1,14 @@
 """The values that flow through echoplan: frozen, checked, with read-only arrays."""
 
+from echoplan.model.changes import Changes
 from echoplan.model.conventions import UNITS, Axes, Conventions, Heading
+from echoplan.model.feature_map import FeatureMap
 from echoplan.model.features import (
     ClassProbabilities,
     Corner,
     CornerKind,
     Cylinder,
     FeatureClass,
-    FeatureMap,
     Opening,
     UnobservedStretch,
     Wall,
@@ -27,6 +28,7 @@ __all__ = [
     "EVERYWHERE",
     "UNITS",
     "Axes",
+    "Changes",
     "ClassProbabilities",
     "Conventions",
     "Corner",

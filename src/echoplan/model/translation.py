@@ -5,7 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from echoplan.arrays import FloatArray
-from echoplan.model.features import FeatureMap, Wall
+from echoplan.model.changes import Changes
+from echoplan.model.feature_map import FeatureMap
+from echoplan.model.features import Cylinder, Wall
 
 __all__ = ["translated", "translated_wall"]
 
@@ -36,10 +38,11 @@ def translated(feature_map: FeatureMap, by_xy: FloatArray) -> FeatureMap:
         feature_map,
         walls=tuple(translated_wall(each, by_xy) for each in feature_map.walls),
         corners=tuple(replace(each, position_xy=each.position_xy + by_xy) for each in feature_map.corners),
-        cylinders=tuple(replace(each, center_xy=each.center_xy + by_xy) for each in feature_map.cylinders),
+        cylinders=_cylinders(feature_map.cylinders, by_xy),
         openings=tuple(replace(each, endpoints_xy=each.endpoints_xy + by_xy) for each in feature_map.openings),
         unobserved=tuple(replace(each, endpoints_xy=each.endpoints_xy + by_xy) for each in feature_map.unobserved),
         poses=feature_map.poses + np.append(by_xy, 0.0),
+        changes=tuple(_changes(each, by_xy) for each in feature_map.changes),
     )
 
 
@@ -75,3 +78,17 @@ def translated_wall(wall: Wall, by_xy: FloatArray) -> Wall:
         endpoints_xy=wall.endpoints_xy + by_xy,
         covariance=(covariance + covariance.T) / 2.0,
     )
+
+
+def _changes(changes: Changes, by_xy: FloatArray) -> Changes:
+    return replace(
+        changes,
+        gone_walls=tuple(ends + by_xy for ends in changes.gone_walls),
+        new_walls=tuple(ends + by_xy for ends in changes.new_walls),
+        gone_cylinders=_cylinders(changes.gone_cylinders, by_xy),
+        new_cylinders=_cylinders(changes.new_cylinders, by_xy),
+    )
+
+
+def _cylinders(cylinders: tuple[Cylinder, ...], by_xy: FloatArray) -> tuple[Cylinder, ...]:
+    return tuple(replace(each, center_xy=each.center_xy + by_xy) for each in cylinders)

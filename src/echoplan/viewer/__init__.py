@@ -1,5 +1,6 @@
 """Pictures of maps and of how they came about: figures, drawings to scale, reports."""
 
+from echoplan.viewer.changes import changes_in_words
 from echoplan.viewer.decisions import decisions_in_words
 from echoplan.viewer.floor_plan import floor_plan_pdf, floor_plan_png
 from echoplan.viewer.gallery import Exhibit, Gallery, gallery_html
@@ -27,6 +28,7 @@ __all__ = [
     "Section",
     "SweepStages",
     "Text",
+    "changes_in_words",
     "decisions_in_words",
     "flattened",
     "floor_plan_pdf",

@@ -20,6 +20,7 @@ from echoplan.model import (
     UnobservedStretch,
     Wall,
 )
+from echoplan.viewer.changes import draw_changes
 from echoplan.viewer.outline import body_pieces, jamb_strokes, label_turn, wall_bodies
 from echoplan.viewer.palette import COLORS, INK, MARKERS, MUTED, TRUTH
 from echoplan.viewer.plan import Plan, station_labels
@@ -65,6 +66,7 @@ def draw_plan(axes: Axes, plan: Plan) -> None:
     draw_openings(axes, found, thickness=plan.thickness)
     draw_widths(axes, found.openings, thickness=plan.thickness)
     draw_cylinders(axes, found.cylinders)
+    draw_changes(axes, found.changes)
     if plan.truth is not None:
         draw_truth(axes, plan.truth)
     draw_stations(axes, found)

@@ -9,6 +9,7 @@ from echoplan.classical.features import Observation
 from echoplan.classical.fuzzy import class_of
 from echoplan.geometry import directions
 from echoplan.model import Opening, Truth, Wall
+from echoplan.viewer.changes import changed_lines
 from echoplan.viewer.facts import (
     Facts,
     corner_facts,
@@ -26,6 +27,7 @@ from echoplan.viewer.uncertainty import Ellipse, wall_band
 from echoplan.viewer.wording import decimal
 
 __all__ = [
+    "change_marks",
     "corner_marks",
     "cylinder_marks",
     "detection_marks",
@@ -253,6 +255,16 @@ def truth_marks(truth: Truth, sheet: Sheet) -> list[ET.Element]:
     return [
         element("path", class_="true", d=path(sheet.paper(truth.walls_xy))),
         *(_circle(circle[:2], float(circle[2]), sheet, kind="true") for circle in truth.cylinders),
+    ]
+
+
+def change_marks(plan: Plan, sheet: Sheet) -> list[ET.Element]:
+    """Draw what is gone since earlier recordings as dashed lines, and mark what is new."""
+    gone, new = changed_lines(plan.feature_map.changes)
+    return [
+        element("path", element("title", text=kind), class_=kind, d=path(sheet.paper(line) for line in lines))
+        for kind, lines in (("gone", gone), ("new", new))
+        if lines
     ]
 
 

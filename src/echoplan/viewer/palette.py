@@ -9,12 +9,14 @@ from types import MappingProxyType
 
 from echoplan.model import FeatureClass
 
-__all__ = ["COLORS", "FAINT", "INK", "MARKERS", "MUTED", "TRUTH"]
+__all__ = ["COLORS", "FAINT", "GONE", "INK", "MARKERS", "MUTED", "NEW", "TRUTH"]
 
 INK = "#1d2430"
 MUTED = "#6b7280"
 FAINT = "#d5d9e0"
 TRUTH = "#e0a030"
+# What an earlier recording found and this one did not, dashed, and the other way round.
+GONE, NEW = "#cc4b24", "#2fa58e"
 
 COLORS: Mapping[FeatureClass, str] = MappingProxyType(
     {FeatureClass.WALL: "#17375e", FeatureClass.CORNER: "#cc4b24", FeatureClass.CYLINDER: "#2fa58e"}

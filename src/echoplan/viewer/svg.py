@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from echoplan.arrays import FloatArray
 from echoplan.viewer.marks import (
+    change_marks,
     corner_marks,
     cylinder_marks,
     detection_marks,
@@ -85,6 +86,7 @@ def plan_element(plan: Plan) -> ET.Element:
         "detections": [_window(sheet, detection_marks(plan, sheet))],
         "walls": wall_marks(plan, sheet),
         "gaps": gap_marks(plan, sheet),
+        "changes": change_marks(plan, sheet),
         "truth": truth_marks(plan.truth, sheet) if plan.truth else [],
         "cylinders": cylinder_marks(plan, sheet),
         "corners": corner_marks(plan, sheet),

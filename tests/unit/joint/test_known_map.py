@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 
 from echoplan.acoustics.predicted_echo import Kind
-from echoplan.joint.known_map import known_landmarks, prior_of_map, resumed
+from echoplan.joint.known_map import known_landmarks, prior_of_map, resumed, views_of
+from echoplan.joint.likelihood.hypothesis import Hypothesis
+from echoplan.joint.likelihood.ping_scores import NO_PING_SCORES
+from echoplan.joint.likelihood.track_history import LineEvidence, TrackHistory
+from echoplan.joint.map_extraction.endpoint_views import OFFSETS
+from echoplan.joint.map_extraction.segments import SegmentSettings
 from echoplan.joint.marginal_prior import MarginalPrior
 from echoplan.joint.optimisation.factors import InformationPrior
 from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS
@@ -137,7 +142,7 @@ def test_each_landmark_of_the_prior_has_a_number_of_its_own() -> None:
 
 def test_another_recording_goes_on_with_the_joint_information_about_the_landmarks() -> None:
     prior, pose = correlated(whole_prior()), np.array([2.0, 0.5, -1.0])
-    after = resumed(prior, pose)
+    after = resumed(prior, pose, SegmentSettings())
     information, covariance = after.summary.information, np.linalg.inv(prior.summary.information)
     assert np.linalg.inv(information[:9, :9]) == pytest.approx(covariance[:9, :9], rel=1e-6)
     assert np.linalg.solve(information[:9, :9], after.summary.vector[:9]) == pytest.approx(np.arange(9.0), abs=1e-6)
@@ -146,10 +151,49 @@ def test_another_recording_goes_on_with_the_joint_information_about_the_landmark
 
 def test_another_recording_begins_with_its_own_pose_and_an_unknown_sonar() -> None:
     pose = np.array([2.0, 0.5, -1.0])
-    after = resumed(correlated(whole_prior()), pose)
+    after = resumed(correlated(whole_prior()), pose, SegmentSettings())
     information, vector = after.summary.information, after.summary.vector
     assert after.rest == len(SONAR_UNKNOWNS) + 3
     assert not information[9:-3].any()
     assert not information[-3:, :-3].any()
     assert np.linalg.solve(information[-3:, -3:], vector[-3:]) == pytest.approx(pose)
     assert after.poses.tolist() == [pose.tolist()]
+
+
+def line(extent: tuple[float, float], *, walls: tuple[tuple[float, float], ...], number: int) -> Hypothesis:
+    """Return a line along y at x = 2 that stations detected where it is wall, and missed elsewhere."""
+    feet = np.linspace(*extent, 21)
+    is_wall = np.any([(low <= feet) & (feet <= high) for low, high in walls], axis=0)
+    # It is decided by a wall at the foot, which ends behind it.
+    ratios = np.where(is_wall, 50.0, -12.0)[:, None, None] * np.where(OFFSETS < 0.0, np.ones((2, 1)), 0.0)
+    evidence = LineEvidence(feet, np.column_stack([np.zeros(len(feet)), feet]), ratios)
+    history = TrackHistory(number=number, llr=900.0, best_llr=100.0, supporting=8, extent=extent, line=evidence)
+    return Hypothesis(
+        reflector=np.array([Kind.WALL, 0.0, 2.0, 0.0]),
+        ping_scores=NO_PING_SCORES,
+        llr_by_station=np.zeros(0),
+        llr=900.0,
+        extent=extent,
+        history=history,
+    )
+
+
+@pytest.mark.parametrize(("walls", "movable"), [(((0.0, 2.0),), True), (((0.0, 0.7), (1.5, 2.0)), False)])
+def test_what_is_one_piece_may_have_been_moved_since_another_recording(
+    walls: tuple[tuple[float, float], ...], *, movable: bool
+) -> None:
+    known, path_xy = InformationPrior(np.arange(2), np.eye(2), np.zeros(2)), np.array([[0.0, 0.0], [0.0, 2.0]])
+    prior = MarginalPrior(features=[line((0.0, 2.0), walls=walls, number=1)], summary=known, path_xy=path_xy)
+    (after,) = resumed(prior, np.zeros(3), SegmentSettings()).features
+    assert (after.llr < 900.0) is movable
+    # Two stations that miss it remove it, one does not.
+    assert not movable or after.llr - 24.0 <= 12.0 < after.llr - 12.0
+    assert after.history.llr == after.llr
+
+
+def test_lines_of_sight_end_at_the_walls_that_they_detected() -> None:
+    views = views_of(replace(whole_prior(), features=[line((0.0, 2.0), walls=((0.0, 2.0),), number=1)]))
+    assert np.allclose(views[:, 0, 0], 0.0)
+    assert np.allclose(views[:, 1, 0], 2.0)
+    assert np.allclose(views[:, 0, 1], views[:, 1, 1])
+    assert len(views) == 21

@@ -45,7 +45,8 @@ def estimate(first: int, last: int, marginal_prior: MarginalPrior | None = None)
 
 def survey(known: Estimate) -> MapBuilder:
     """Return the map builder after the whole path of the robot."""
-    return survey_along(known, np.array([each.station[:2] for each in sweeps()]))
+    everything = marginalise(known, len(known.measured_poses))
+    return survey_along(known, everything, np.array([each.station[:2] for each in sweeps()]))
 
 
 @cache

@@ -12,7 +12,7 @@ from echoplan.io import builtin_rig, builtin_world
 from echoplan.joint.calibration import calibration
 from echoplan.joint.estimate import Estimate
 from echoplan.joint.initial_estimate import initial_estimate
-from echoplan.joint.marginalisation import survey
+from echoplan.joint.marginalisation import marginalise, survey
 from echoplan.joint.optimisation.pose_factors import odometry_prior
 from echoplan.joint.pose_correction.consistency import has_duplicated_walls
 from echoplan.joint.pose_correction.pose_tracking import register_in_order, track_poses, up_to_station
@@ -157,7 +157,7 @@ def test_the_first_station_is_registered_anew_only_with_strong_evidence(
 
 
 def test_walls_are_mapped_once_at_their_true_places() -> None:
-    walls = survey(tracked(), WAY[:, :2]).walls([])
+    walls = survey(tracked(), marginalise(tracked(), len(WAY)), WAY[:, :2]).walls([])
     assert len(walls) == 4
     distances = sorted(abs(wall.offset) for wall in walls)
     assert distances == pytest.approx([0.5, 1.0, 2.0, 2.5], abs=0.01)
@@ -208,7 +208,7 @@ def test_the_initial_sonar_is_that_of_the_data_sheet() -> None:
 
 
 def test_the_calibration_has_sigmas() -> None:
-    learned = calibration(tracked(), survey(tracked(), WAY[:, :2]).solution)
+    learned = calibration(tracked(), survey(tracked(), marginalise(tracked(), len(WAY)), WAY[:, :2]).solution)
     scale = learned["range_scale"]
     assert isinstance(scale, dict)
     assert abs(scale["value"]) < 3 * scale["sigma"] + 0.002

@@ -1,0 +1,98 @@
+"""What counts as gone and as new between two maps."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from echoplan.arrays import FloatArray
+from echoplan.geometry import lines_through
+from echoplan.mapping.changes import contradicts, find_changes, later_views
+from echoplan.model import Changes, Cylinder, FeatureMap, Wall
+
+# A view from the station in the west to the wall in the east, and what stands in it.
+VIEW = np.array([[[0.0, 0.0], [4.0, 0.0]]])
+LATER = np.array([[[0.0, 0.1], [4.0, 0.1]]])
+EAST = [[4.0, -1.0], [4.0, 1.0]]
+BOX = [[2.0, -0.5], [2.0, 0.5]]
+
+
+def wall(ends: ArrayLike) -> Wall:
+    ends_xy = np.asarray(ends, dtype=np.float64)
+    angle, offset = lines_through(ends_xy[0], ends_xy[1]).tolist()
+    return Wall(normal_angle=angle, offset=offset, endpoints_xy=ends_xy, covariance=1e-6 * np.eye(2))
+
+
+def pillar(x: float, y: float) -> Cylinder:
+    return Cylinder(center_xy=np.array([x, y]), radius=0.1, covariance=1e-6 * np.eye(3))
+
+
+def room(*walls: ArrayLike, cylinders: tuple[Cylinder, ...] = ()) -> FeatureMap:
+    return FeatureMap(method="joint", walls=tuple(map(wall, walls)), cylinders=cylinders)
+
+
+def changes(before: FeatureMap, after: FeatureMap, *, earlier: FloatArray = VIEW, later: FloatArray = LATER) -> Changes:
+    return find_changes(before, after, recording="tuesday", earlier=earlier, later=later)
+
+
+def test_nothing_changes_between_equal_maps() -> None:
+    assert not changes(room(EAST, BOX), room(EAST, BOX))
+
+
+def test_a_wall_through_which_the_robot_measures_now_is_gone() -> None:
+    found = changes(room(EAST, BOX), room(EAST))
+    assert np.array_equal(found.gone_walls, [BOX])
+    assert not any((found.new_walls, found.gone_cylinders, found.new_cylinders))
+
+
+def test_a_wall_through_which_it_measured_before_is_new() -> None:
+    found = changes(room(EAST), room(EAST, BOX))
+    assert np.array_equal(found.new_walls, [BOX])
+    assert not found.gone_walls
+
+
+def test_a_wall_that_nobody_looked_for_is_neither() -> None:
+    nothing = np.zeros((0, 2, 2))
+    assert not changes(room(EAST), room(EAST, BOX), earlier=nothing)
+    assert not changes(room(EAST, BOX), room(EAST), later=nothing)
+
+
+def test_later_views_begin_at_no_earlier_station() -> None:
+    assert np.array_equal(later_views(VIEW, np.concatenate([VIEW, LATER])), LATER)
+    assert np.array_equal(later_views(np.zeros((0, 2, 2)), LATER), LATER)
+
+
+def test_a_recording_that_measures_through_most_walls_is_of_another_place() -> None:
+    # Both views go through the box, and end at the wall in the east.
+    both = np.concatenate([VIEW, LATER])
+    assert contradicts(room(BOX), both)
+    assert not contradicts(room(EAST, BOX), both)
+    assert not contradicts(room(EAST), both)
+    assert not contradicts(room(BOX), np.zeros((0, 2, 2)))
+
+
+def test_only_the_piece_that_differs_is_reported() -> None:
+    found = changes(room(EAST, [[2.0, -2.0], [2.0, 2.0]]), room(EAST, [[2.0, 1.0], [2.0, 2.0]]))
+    assert len(found.gone_walls) == 1
+    assert np.allclose(np.sort(found.gone_walls[0][:, 1]), [-2.0, 0.95])
+
+
+def test_small_differences_are_no_changes() -> None:
+    assert not changes(room(EAST, BOX), room(EAST, [[2.03, -0.5], [2.03, 0.5]]))
+    assert not changes(room(EAST, BOX), room(EAST, [[2.0, -0.4], [2.0, 0.4]]))
+
+
+def test_the_wall_that_a_view_ends_at_is_not_crossed() -> None:
+    assert not changes(room(BOX), room(EAST, BOX))
+
+
+def test_cylinders_are_gone_and_new() -> None:
+    found = changes(room(EAST, cylinders=(pillar(1.0, 0.1),)), room(EAST, cylinders=(pillar(3.0, 0.0),)))
+    assert [each.center_xy.tolist() for each in found.gone_cylinders] == [[1.0, 0.1]]
+    assert [each.center_xy.tolist() for each in found.new_cylinders] == [[3.0, 0.0]]
+
+
+def test_a_cylinder_beside_all_views_is_neither() -> None:
+    assert not changes(room(EAST, cylinders=(pillar(1.0, 2.0),)), room(EAST, cylinders=(pillar(3.0, -2.0),)))
+
+
+def test_empty_maps_have_no_changes() -> None:
+    assert not changes(room(), room())
