@@ -24,7 +24,7 @@ _LEAST, _MOST = 0.06, 0.94
 # Scale of the logistic detection curve [dB]: wider than that of one surface, since it covers all surfaces.
 _FADING = 1.56
 # Standard deviation of the prior of the figure of merit [dB], and the weight of that prior in pings.
-_SIGMA, _WORTH = 6.0, 5.0
+_SIGMA, _PRIOR_PINGS = 6.0, 5.0
 # Readings between _EARLY and _LATE past the depth are detections; from _BEHIND on they are non-detections, unless the
 # depth is within _RIM of ``max_range`` [m].
 _EARLY, _LATE, _BEHIND, _RIM = -0.02, 0.06, 0.08, 0.1
@@ -69,7 +69,7 @@ def fit_figure_of_merit(
         gains = np.interp(abs(ka) * rows[:, 1], arguments, beam_gains)
         chances = np.clip(1 / (1 + np.exp(np.clip((losses - merit - gains) / _FADING, -30, 30))), _LEAST, _MOST)
         surprise = -np.sum(np.log(np.where(detected, chances, 1 - chances)))
-        return float(surprise + 0.5 * _WORTH * ((merit - prior_mean) / _SIGMA) ** 2)
+        return float(surprise + 0.5 * _PRIOR_PINGS * ((merit - prior_mean) / _SIGMA) ** 2)
 
     # A strong sonar with a narrow beam resembles a weak one with a wide beam: the likelihood has several maxima.
     starts = [(model.figure_of_merit, model.ka), *product(_MERITS, _WIDTHS)]
