@@ -65,7 +65,7 @@ def test_options_follow_after_commas() -> None:
     assert simulation.route.map_from_base.tolist() == builtin_route("hexagon").map_from_base.tolist()
 
 
-def test_the_seed_decides_the_chance_and_nothing_else_does() -> None:
+def test_only_the_seed_determines_the_random_numbers() -> None:
     settings = SimulationSettings(jitter=0.02)
     ranges = [first_ranges(opened(f"sim:square,rig=ring-16,seed={seed}", settings)) for seed in (3, 3, 4)]
     np.testing.assert_array_equal(ranges[0], ranges[1])

@@ -59,7 +59,8 @@ def cylinder_echo(distance: ArrayLike, radius: ArrayLike) -> FloatArray:
     >>> float(cylinder_echo(1.0, 0.1).round(4))
     0.1508
     """
-    return plane_echo(distance) * np.sqrt(_curvature(distance, radius))
+    bend = np.asarray(radius, dtype=np.float64)
+    return plane_echo(distance) * np.sqrt(bend / (bend + np.asarray(distance, dtype=np.float64)))
 
 
 def strip_echo(distance: ArrayLike, width: ArrayLike, *, wavelength: ArrayLike) -> FloatArray:
@@ -112,12 +113,6 @@ def plate_echo(distance: ArrayLike, width: ArrayLike, height: ArrayLike, *, wave
     0.0505
     """
     return plane_echo(distance) * _filling(distance, width, wavelength) * _filling(distance, height, wavelength)
-
-
-def _curvature(distance: ArrayLike, radius: ArrayLike) -> FloatArray:
-    bend = np.asarray(radius, dtype=np.float64)
-    ratio: FloatArray = bend / (bend + np.asarray(distance, dtype=np.float64))
-    return ratio
 
 
 def _filling(distance: ArrayLike, width: ArrayLike, wavelength: ArrayLike) -> FloatArray:

@@ -128,7 +128,12 @@ class SalientEkfMapper:
 
     def _circles(self, *, round_ones: bool) -> list[Landmark]:
         circles = [each for each in self.slam.landmarks if each.shape is CIRCLE]
-        return [each for each in circles if self._is_round(each) is round_ones]
+        sigmas = [np.sqrt(self._covariance(each)[2, 2]) for each in circles]
+        return [
+            each
+            for each, sigma in zip(circles, sigmas, strict=True)
+            if (self._value(each)[2] > self.settings.min_radius_z * sigma) == round_ones
+        ]
 
     def _members(self, landmark: Landmark, degrees: FloatArray | None = None) -> tuple[Observation, ...]:
         decided = _DEGREES[landmark.shape.name] if degrees is None else degrees
@@ -160,10 +165,6 @@ class SalientEkfMapper:
             pings=sum(member.pings for member in members),
             stations=_stations(landmark),
         )
-
-    def _is_round(self, landmark: Landmark) -> bool:
-        sigma = float(np.sqrt(self._covariance(landmark)[2, 2]))
-        return bool(self._value(landmark)[2] > self.settings.min_radius_z * sigma)
 
     def _value(self, landmark: Landmark) -> FloatArray:
         return self.slam.state[landmark.name]

@@ -103,19 +103,16 @@ def _trial(outcome: Outcome) -> dict[str, Any]:
 
 
 def _row(outcome: Outcome) -> Mapping[str, object]:
+    evaluation = outcome.evaluation
     return {
         "source": outcome.trial.subject.name,
         "method": outcome.trial.method,
         "pings": outcome.trial.subject.pings,
-        **_scores(outcome.evaluation),
+        **{name: _known(score(evaluation)) if evaluation else None for name, score in _SCORES.items()},
         **_grid_scores(outcome.grid_score),
         **_cost(outcome),
         "failure": outcome.failure,
     }
-
-
-def _scores(evaluation: Evaluation | None) -> Mapping[str, float | None]:
-    return {name: _known(score(evaluation)) if evaluation else None for name, score in _SCORES.items()}
 
 
 def _grid_scores(grid: GridScore | None) -> Mapping[str, float | None]:

@@ -42,17 +42,14 @@ def run_trials(trials: Iterable[Trial], *, workers: int) -> Iterator[Outcome]:
 
 
 def _in_own_process(trial: Trial) -> Outcome:
-    with ProcessPoolExecutor(max_workers=1, mp_context=get_context("spawn"), initializer=_die_silently) as process:
+    # A terminal interrupts all processes at once: this one dies silently, and the first one reports the interrupt.
+    with ProcessPoolExecutor(
+        max_workers=1, mp_context=get_context("spawn"), initializer=signal, initargs=(SIGINT, SIG_DFL)
+    ) as process:
         future = process.submit(measure, trial)
         error = future.exception()
-    return future.result() if error is None else Outcome(trial=trial, failure=_in_one_line(error))
-
-
-def _die_silently() -> None:
-    # A terminal interrupts all processes at once; the first one says what is to say.
-    signal(SIGINT, SIG_DFL)
-
-
-def _in_one_line(error: BaseException) -> str:
+    if error is None:
+        return future.result()
     first, *_ = str(error).splitlines() or [""]
-    return f"{type(error).__name__}: {first}" if first else type(error).__name__
+    failure = f"{type(error).__name__}: {first}" if first else type(error).__name__
+    return Outcome(trial=trial, failure=failure)

@@ -5,7 +5,7 @@ from math import degrees, isnan
 
 from echoplan.comparison.scores import MethodScore
 from echoplan.comparison.trials import Outcome
-from echoplan.evaluation import ErrorSummary, floor_plan_tables
+from echoplan.evaluation import floor_plan_tables
 from echoplan.model import FeatureClass, Table
 
 __all__ = ["comparison_tables", "failure_table", "score_table"]
@@ -100,7 +100,10 @@ def _rightness(score: MethodScore) -> tuple[str, ...]:
     summary = score.summary
     if summary is None:
         return (_UNKNOWN,) * len(_RIGHTNESS)
-    walls, corners, cylinders = (_shares(summary, name) for name in FeatureClass)
+    walls, corners, cylinders = (
+        f"{_number(100 * found.recall.value)} / {_number(100 * found.precision.value)}"
+        for found in (summary.classes[name] for name in FeatureClass)
+    )
     grid = score.grid_score
     cells = _UNKNOWN if grid is None else f"{_number(100 * grid.occupied)} / {_number(100 * grid.free)}"
     return (
@@ -113,11 +116,6 @@ def _rightness(score: MethodScore) -> tuple[str, ...]:
         cells,
         _number(1000 * summary.position.mean.value),
     )
-
-
-def _shares(summary: ErrorSummary, name: FeatureClass) -> str:
-    found = summary.classes[name]
-    return f"{_number(100 * found.recall.value)} / {_number(100 * found.precision.value)}"
 
 
 def _number(value: float, *, digits: int = 0) -> str:

@@ -115,8 +115,14 @@ def sampled(sweeps: Sequence[Sweep], rig: Rig, *, stations: int = FEW_STATIONS) 
     last = min(int(numbers[-1]), EstimateSettings().window.stations - 1)
     chosen = np.unique(np.linspace(0, last, stations).astype(np.int64))
     origin = np.append(np.round(sweeps[0].station[:2]), 0.0)
-    kept = [_thinned(sweep, rig) for sweep, number in zip(sweeps, numbers, strict=True) if number in chosen]
-    return [replace(sweep, map_from_base=sweep.map_from_base - origin) for sweep in kept]
+    kept = []
+    for sweep, number in zip(sweeps, numbers, strict=True):
+        if number in chosen:
+            stride = len(sweep) // (_PINGS * len(rig.sensors)) + 1
+            firings = np.unique(sweep.stamps_ns, return_inverse=True)[1]
+            thinned = sweep[firings % stride == 0]
+            kept.append(replace(thinned, map_from_base=thinned.map_from_base - origin))
+    return kept
 
 
 def windows(sweeps: Sequence[Sweep], *, most: int) -> list[list[Sweep]]:
@@ -137,12 +143,6 @@ def stations_of(sweeps: Sequence[Sweep]) -> Stations:
     """Group sweeps into stations by their recorded poses, as `joint` does."""
     poses = np.array([sweep.station for sweep in sweeps]).reshape(-1, 3)
     return group_sweeps(poses, np.array([len(sweep) for sweep in sweeps]), EstimateSettings().stations)
-
-
-def _thinned(sweep: Sweep, rig: Rig) -> Sweep:
-    stride = len(sweep) // (_PINGS * len(rig.sensors)) + 1
-    firings = np.unique(sweep.stamps_ns, return_inverse=True)[1]
-    return sweep[firings % stride == 0] if stride > 1 else sweep
 
 
 def gathered(sweeps: Sequence[Sweep], rig: Rig) -> Estimate | None:

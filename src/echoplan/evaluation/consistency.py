@@ -89,10 +89,17 @@ def check_consistency(feature_map: FeatureMap, truth: Truth, matches: Matches) -
     mapping of FeatureClass to Consistency
         Walls in (normal_angle, offset), corners in (x, y), cylinders in (x, y, radius).
     """
+    vertices_xy = true_vertices(truth).positions_xy
+    corners = [(feature_map.corners[match.estimate], vertices_xy[match.truth]) for match in matches.corners.right]
+    cylinders = [
+        (feature_map.cylinders[match.estimate], truth.cylinders[match.truth]) for match in matches.cylinders.right
+    ]
     squares = {
         FeatureClass.WALL: _wall_squares(feature_map, truth, matches),
-        FeatureClass.CORNER: _corner_squares(feature_map, truth, matches),
-        FeatureClass.CYLINDER: _cylinder_squares(feature_map, truth, matches),
+        FeatureClass.CORNER: [nees(found.position_xy - vertex_xy, found.covariance) for found, vertex_xy in corners],
+        FeatureClass.CYLINDER: [
+            nees([*found.center_xy, found.radius] - circle, found.covariance) for found, circle in cylinders
+        ],
     }
     return {
         name: Consistency(parameters=PARAMETERS[name], nees=np.array(list(filter(isfinite, values))))
@@ -208,18 +215,6 @@ def _wall_squares(feature_map: FeatureMap, truth: Truth, matches: Matches) -> li
         near = translated_wall(wall, -middle_xy)
         squares.append(nees(wall_error(near, truth.walls_xy[match.truth] - middle_xy), near.covariance))
     return squares
-
-
-def _corner_squares(feature_map: FeatureMap, truth: Truth, matches: Matches) -> list[float]:
-    vertices_xy = true_vertices(truth).positions_xy
-    pairs = [(feature_map.corners[match.estimate], vertices_xy[match.truth]) for match in matches.corners.right]
-    return [nees(corner.position_xy - vertex_xy, corner.covariance) for corner, vertex_xy in pairs]
-
-
-def _cylinder_squares(feature_map: FeatureMap, truth: Truth, matches: Matches) -> list[float]:
-    right = matches.cylinders.right
-    pairs = [(feature_map.cylinders[match.estimate], truth.cylinders[match.truth]) for match in right]
-    return [nees([*found.center_xy, found.radius] - circle, found.covariance) for found, circle in pairs]
 
 
 def _quantile(share: float, freedom: int) -> float:

@@ -6,7 +6,7 @@ from itertools import combinations
 
 import numpy as np
 
-from echoplan.arrays import BoolArray, FloatArray, IntArray, checked_floats, store
+from echoplan.arrays import FloatArray, IntArray, checked_floats, store
 from echoplan.geometry import along, crosses_segments, distances_to_segments, feet, is_blocked, lines_through
 from echoplan.model import EVERYWHERE, Truth
 
@@ -113,7 +113,11 @@ def count_stations(doorways: Sequence[Doorway], truth: Truth, *, reach: float) -
 
 def _stations(ends_xy: FloatArray, truth: Truth, *, reach: float) -> int:
     stations = truth.poses[:, :2]
-    if not len(stations) or _is_passed(ends_xy, stations):
+    if not len(stations):
+        return EVERYWHERE
+    is_crossed = crosses_segments(stations[:-1], stations[1:], ends_xy).any()
+    is_inside = (distances_to_segments(stations, ends_xy) < _OFFSET).any()
+    if is_crossed or is_inside:
         return EVERYWHERE
     line = lines_through(*ends_xy)
     feet_xy = feet(line, stations)
@@ -122,12 +126,6 @@ def _stations(ends_xy: FloatArray, truth: Truth, *, reach: float) -> int:
     faced = (low < places) & (places < high) & (np.hypot(*(stations - feet_xy).T) <= reach)
     seen = ~is_blocked(stations, feet_xy, segments_xy=truth.walls_xy, discs=[])
     return int(np.sum(faced & seen))
-
-
-def _is_passed(ends_xy: FloatArray, path_xy: FloatArray) -> bool:
-    """Whether a path crosses a gap, or has a station in it."""
-    crossed: BoolArray = crosses_segments(path_xy[:-1], path_xy[1:], ends_xy)
-    return bool(crossed.any() or (distances_to_segments(path_xy, ends_xy) < _OFFSET).any())
 
 
 def _gap(first: FloatArray, second: FloatArray) -> FloatArray | None:

@@ -179,13 +179,13 @@ def deviation_table(summary: ErrorSummary) -> Table:
 
 def _by_object(matching: Matching[Kind], cells: Callable[[Kind], tuple[str, str]]) -> tuple[tuple[str, ...], ...]:
     return tuple(
-        (str(each.index), *(cells(each.match) if each.match else (_UNKNOWN, _UNKNOWN)), _count(each.detected_by))
+        (
+            str(each.index),
+            *(cells(each.match) if each.match else (_UNKNOWN, _UNKNOWN)),
+            "everywhere" if each.detected_by == EVERYWHERE else str(each.detected_by),
+        )
         for each in deviations(matching)
     )
-
-
-def _count(stations: int) -> str:
-    return "everywhere" if stations == EVERYWHERE else str(stations)
 
 
 def _consistency(consistency: Consistency) -> tuple[str, ...]:

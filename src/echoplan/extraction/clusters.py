@@ -122,13 +122,15 @@ def indexed_clusters(
     depths = hub_distances(circle) if distances is None else distances[around]
     max_gap = settings.max_gap * rotation_step(circle.bearings)
     runs = connected_runs(circle.bearings, depths, max_gap=max_gap, jump=settings.jump, reach=settings.reach)
-    ordered = [_unrolled(circle, np.sort(run)) for run in runs if len(run) >= settings.min_pings]
-    return [(_cluster(circle, run, max_gap=max_gap), around[run]) for run in ordered]
-
-
-def _unrolled(circle: Pings, run: IntArray) -> IntArray:
-    """Order a run counter-clockwise about its middle, so that none starts at 180 degrees."""
-    return run[np.argsort(wrap(circle.bearings[run] - circular_mean(circle.bearings[run])), kind="stable")]
+    clusters = []
+    for run in runs:
+        if len(run) >= settings.min_pings:
+            members = np.sort(run)
+            # Counter-clockwise about the middle of the run, so that none starts at 180 degrees.
+            turns = wrap(circle.bearings[members] - circular_mean(circle.bearings[members]))
+            ordered = members[np.argsort(turns, kind="stable")]
+            clusters.append((_cluster(circle, ordered, max_gap=max_gap), around[ordered]))
+    return clusters
 
 
 def _cluster(circle: Pings, run: IntArray, *, max_gap: float) -> Cluster:

@@ -71,7 +71,10 @@ def write_map(path: Path, feature_map: FeatureMap) -> None:
         **({} if feature_map.quality is None else {"quality": asdict(feature_map.quality)}),
         "parameters": dict(feature_map.parameters),
         "walls": _numbered(map(_wall, feature_map.walls)),
-        "corners": _numbered(map(_corner, feature_map.corners)),
+        "corners": _numbered(
+            {"position": each.position_xy.tolist(), "kind": each.kind, **_evidence(each)}
+            for each in feature_map.corners
+        ),
         "cylinders": _numbered(map(_cylinder, feature_map.cylinders)),
         "poses": _poses(feature_map),
         **_gaps(feature_map),
@@ -98,8 +101,11 @@ def _poses(feature_map: FeatureMap) -> list[dict[str, Any]]:
 def _gaps(feature_map: FeatureMap) -> dict[str, Any]:
     """List openings and unobserved stretches; a map without them is written as it was before there were any."""
     lists = {
-        "openings": _numbered(map(_opening, feature_map.openings)),
-        "unobserved": _numbered(map(_stretch, feature_map.unobserved)),
+        "openings": _numbered(
+            {**_endpoints(each), "width_sigma": each.width_sigma, "walls": list(each.walls), "passed": each.passed}
+            for each in feature_map.openings
+        ),
+        "unobserved": _numbered({**_endpoints(each), "walls": list(each.walls)} for each in feature_map.unobserved),
     }
     return {name: entries for name, entries in lists.items() if entries}
 
@@ -117,33 +123,23 @@ def _changed(walls: Iterable[FloatArray], cylinders: Iterable[Cylinder]) -> dict
     return {"walls": pieces, "cylinders": [_cylinder(each) for each in cylinders]}
 
 
-def _opening(opening: Opening) -> dict[str, Any]:
-    start, end = opening.endpoints_xy.tolist()
-    neighbours = {"walls": list(opening.walls), "passed": opening.passed}
-    return {"start": start, "end": end, "width_sigma": opening.width_sigma, **neighbours}
-
-
-def _stretch(stretch: UnobservedStretch) -> dict[str, Any]:
-    start, end = stretch.endpoints_xy.tolist()
-    return {"start": start, "end": end, "walls": list(stretch.walls)}
-
-
 def _wall(wall: Wall) -> dict[str, Any]:
-    start, end = wall.endpoints_xy.tolist()
-    line = {"normal_angle": wall.normal_angle, "offset": wall.offset}
-    loss = {"reflection_loss": wall.reflection_loss} if wall.reflection_loss else {}
-    return {"start": start, "end": end, **line, **_evidence(wall), **_ends(wall), **loss}
-
-
-def _ends(wall: Wall) -> dict[str, Any]:
-    """List what is known of the ends of a wall: there is no NaN in JSON, and zero goes without saying."""
+    """List what is known of a wall: there is no NaN in JSON, and zero goes without saying."""
     sigmas = [None if np.isnan(sigma) else sigma for sigma in wall.endpoint_sigmas.tolist()]
-    ends = {} if sigmas == [None, None] else {"endpoint_sigmas": sigmas}
-    return {**ends, "inferred": wall.inferred.tolist()} if wall.inferred.any() else ends
+    return {
+        **_endpoints(wall),
+        "normal_angle": wall.normal_angle,
+        "offset": wall.offset,
+        **_evidence(wall),
+        **({} if sigmas == [None, None] else {"endpoint_sigmas": sigmas}),
+        **({"inferred": wall.inferred.tolist()} if wall.inferred.any() else {}),
+        **({"reflection_loss": wall.reflection_loss} if wall.reflection_loss else {}),
+    }
 
 
-def _corner(corner: Corner) -> dict[str, Any]:
-    return {"position": corner.position_xy.tolist(), "kind": corner.kind, **_evidence(corner)}
+def _endpoints(feature: Wall | Opening | UnobservedStretch) -> dict[str, Any]:
+    start, end = feature.endpoints_xy.tolist()
+    return {"start": start, "end": end}
 
 
 def _cylinder(cylinder: Cylinder) -> dict[str, Any]:

@@ -120,20 +120,6 @@ def _fits_the_memory(numbers: Column) -> BoolArray:
     return fits
 
 
-def _is_count(numbers: Column) -> BoolArray:
-    return _fits_the_memory(numbers) & np.greater_equal(numbers, 0)
-
-
-def _is_temperature(numbers: Column) -> BoolArray:
-    temperature: BoolArray = np.isnan(numbers) | ((numbers >= COLDEST) & (numbers <= HOTTEST))
-    return temperature
-
-
-def _is_reading(numbers: Column) -> BoolArray:
-    reading: BoolArray = ~(np.isfinite(numbers) & np.less(numbers, 0))
-    return reading
-
-
 SECONDS = Kind(
     noun="time",
     remedy="write seconds, with a decimal point",
@@ -153,7 +139,7 @@ COUNT = Kind(
     remedy="write a whole number, 0 or greater",
     stored="i8",
     parse=_parse_whole,
-    allows=_is_count,
+    allows=lambda numbers: _fits_the_memory(numbers) & np.greater_equal(numbers, 0),
 )
 NUMBER = Kind(
     noun="number",
@@ -182,12 +168,12 @@ READING = Kind(
     remedy="write metres with a decimal point, inf for no echo, -inf for too close, nan for a fault",
     stored="f8",
     parse=_parse_measured,
-    allows=_is_reading,
+    allows=lambda numbers: ~(np.isfinite(numbers) & np.less(numbers, 0)),
 )
 TEMPERATURE = Kind(
     noun="temperature of air",
     remedy="write degrees Celsius with a decimal point, nan or nothing where it was not measured",
     stored="f8",
     parse=_parse_measured,
-    allows=_is_temperature,
+    allows=lambda numbers: np.isnan(numbers) | ((numbers >= COLDEST) & (numbers <= HOTTEST)),
 )

@@ -176,7 +176,10 @@ def _explain(error: ErrorDetails, form: type[BaseModel]) -> tuple[str, str]:
     key, meaning = _key_at(error["loc"], form)
     match error["type"]:
         case "extra_forbidden":
-            return f"the key {key!r} is unknown", _nearest(key, _form_at(error["loc"][:-1], form))
+            known = _form_at(error["loc"][:-1], form).model_fields
+            near = difflib.get_close_matches(key, known, n=1)
+            remedy = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}"
+            return f"the key {key!r} is unknown", remedy
         case "missing":
             return f"the key {key!r} is missing", f"add it: {meaning}"
         case "value_error":
@@ -203,11 +206,6 @@ def _key_at(location: Location, form: type[BaseModel]) -> tuple[str, str]:
     key = str(location[names[-1]])
     field = _form_at(location[: names[-1]], form).model_fields.get(key)
     return key, f"{key}: {field.description}" if field else ""
-
-
-def _nearest(key: str, form: type[BaseModel]) -> str:
-    near = difflib.get_close_matches(key, form.model_fields, n=1)
-    return f"did you mean {near[0]!r}?" if near else f"known are {', '.join(form.model_fields)}"
 
 
 def _form_at(location: Location, form: type[BaseModel]) -> type[BaseModel]:

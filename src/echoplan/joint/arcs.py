@@ -83,18 +83,17 @@ def _runs(bearings: FloatArray, readings: FloatArray, resolution: float, setting
     gap = max(settings.max_gap * step, math.radians(4.5)) if step < _SPARSE else 1.2 * step
     least = 3 if step < _DENSE else 2 if step < _SPARSE else 1
     runs = connected_runs(bearings, readings, max_gap=gap, jump=jump, reach=settings.reach)
-    # With few pings a local maximum may be noise.
-    parts = _parted(runs, bearings, readings, jump) if step < _DENSE else runs
-    return [part for part in parts if len(part) >= least]
-
-
-def _parted(runs: Sequence[IntArray], bearings: FloatArray, readings: FloatArray, height: float) -> list[IntArray]:
-    """Split runs at their local maxima of range that are at least ``height`` [m] prominent."""
-    return [part for run in runs for part in _apart(run, bearings, readings, height)]
+    return [
+        part
+        for run in runs
+        # With few pings a local maximum may be noise.
+        for part in (_apart(run, bearings, readings, jump) if step < _DENSE else [run])
+        if len(part) >= least
+    ]
 
 
 def _apart(run: IntArray, bearings: FloatArray, readings: FloatArray, height: float) -> list[IntArray]:
-    """Split one run at its local maxima: the range to one reflector has a single minimum over the bearing."""
+    """Split a run at local maxima of range of at least ``height`` [m] prominence: a reflector has a single minimum."""
     from scipy.signal import find_peaks  # noqa: PLC0415 - SciPy is slow to import
 
     turns = wrap(bearings[run] - circular_mean(bearings[run]))

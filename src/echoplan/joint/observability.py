@@ -136,7 +136,9 @@ def undetermined(
     variances, vectors = np.linalg.eigh(between[:, :2, :2])
     across, along_walls = np.sqrt(np.maximum(variances, 0.0)).T
     longest = vectors[:, :, 1]
-    along, alone = (_deviations(each, longest) for each in (covariances, dead_reckoned))
+    along, alone = (
+        np.sqrt(np.einsum("ki,kij,kj->k", longest, each[:, :2, :2], longest)) for each in (covariances, dead_reckoned)
+    )
     open_ = (
         (along_walls > settings.min_axis_ratio * across)
         & (along > settings.max_sigma_ratio * alone)
@@ -152,8 +154,3 @@ def undetermined(
         deviations = {"along": float(along[worst]), "across": float(across[worst])}
         found.append(Undetermined(first=first, last=end - 1, direction=angle, **deviations))
     return tuple(found)
-
-
-def _deviations(covariances: FloatArray, directions: FloatArray) -> FloatArray:
-    deviations: FloatArray = np.sqrt(np.einsum("ki,kij,kj->k", directions, covariances[:, :2, :2], directions))
-    return deviations

@@ -27,7 +27,6 @@ from echoplan.joint.pose_correction.servo_calibration import find_servo
 from echoplan.joint.pose_correction.wheel_slip import without_wheel_slip
 from echoplan.joint.pose_status import PoseModel, PoseReason, PoseStatus
 from echoplan.joint.settings import PoseMode
-from echoplan.preprocessing.servo import ServoError
 
 __all__ = ["estimate_map"]
 
@@ -42,13 +41,10 @@ _FEWEST = 3
 def estimate_map(estimate: Estimate) -> Estimate:
     """Return the estimate of the pose model that is selected for the window; its pose status holds the reason."""
     servo = find_servo(estimate) if estimate.marginal_prior.is_empty else None
-    best = _explained(estimate) if servo is None else _calibrated(estimate, servo)
+    best = _explained(estimate)
+    if servo is not None:
+        best = _better(best, _explained(estimate.calibrate(servo)))
     return best.reselect_classes().remove_multipath_walls().refine_calibration()
-
-
-def _calibrated(estimate: Estimate, servo: ServoError) -> Estimate:
-    """Return the estimate with a calibrated servo if its log evidence is clearly greater, else without."""
-    return _better(_explained(estimate), _explained(estimate.calibrate(servo)))
 
 
 def _explained(estimate: Estimate) -> Estimate:
@@ -246,14 +242,9 @@ def _alternatives(estimate: Estimate, ratio: float, tracked: Estimate | None) ->
         )
     tracked = tracked or _tracked(estimate, _alternative_status(estimate, ratio))
     if _may_be_waypoints(estimate) and not _is_clearly_odometry(estimate, tracked):
-        return _absolute_or_odometry(estimate, ratio, tracked)
+        by_hand = _set_by_hand(estimate, _alternative_status(estimate, ratio), tracked)
+        return [_odometry_or_absolute(tracked, each) for each in by_hand] if _may_be_steps(tracked) else by_hand
     return [tracked]
-
-
-def _absolute_or_odometry(estimate: Estimate, ratio: float, tracked: Estimate) -> list[Estimate]:
-    """Return solutions with absolute poses, each replaced by the odometry solution where that is more likely."""
-    by_hand = _set_by_hand(estimate, _alternative_status(estimate, ratio), tracked)
-    return [_odometry_or_absolute(tracked, each) for each in by_hand] if _may_be_steps(tracked) else by_hand
 
 
 def _may_be_steps(tracked: Estimate) -> bool:

@@ -160,22 +160,17 @@ def join_measurements(parts: Sequence[Measurements]) -> Measurements:
         The stations are numbered in the given order.
     """
     counts = [len(part.readings) for part in parts]
-    names = set(_BY_PING) - {"crosstalk_sources", "crosstalk_delays"}
+    names = {*_BY_PING, "centers"} - {"crosstalk_sources", "crosstalk_delays"}
     joined = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
     joined["stations"] = np.repeat(np.arange(len(parts)), counts)
     return Measurements(
         **joined,
         crosstalk_sources=_stacked(_renumbered(parts, np.cumsum([0, *counts[:-1]])), fill=-1),
         crosstalk_delays=_stacked([part.crosstalk_delays for part in parts], fill=0),
-        centers=np.concatenate([part.centers for part in parts]),
         min_range=max(part.min_range for part in parts),
         max_range=max(part.max_range for part in parts),
-        temperature=_temperature(parts),
+        temperature=known_median(np.array([part.temperature for part in parts])),
     )
-
-
-def _temperature(parts: Sequence[Measurements]) -> float:
-    return known_median(np.array([part.temperature for part in parts]))
 
 
 def select_measurements(measurements: Measurements, kept: BoolArray) -> Measurements:

@@ -144,7 +144,9 @@ def _constants(trace: Trace, sensor: Sensor) -> Iterator[SensorFault]:
     has_no_echo = is_no_echo(trace, sensor)
     names_no_echo = bool(has_no_echo.mean() >= _SHARE)
     rest = trace._replace(readings=np.where(has_no_echo, np.nan, trace.readings))
-    for value in _commonest(rest):
+    values, counts = np.unique(rest.readings[np.isfinite(rest.readings)], return_counts=True)
+    commonest = np.argsort(-counts, kind="stable")[:_VALUES]
+    for value in values[commonest][counts[commonest] >= _SHARE * len(rest.readings)].tolist():
         kind = _kind_of(value, rest, sensor, names_no_echo=names_no_echo)
         there = is_value(rest, value)
         if kind is not None:
@@ -172,13 +174,6 @@ def is_no_echo(trace: Trace, sensor: Sensor) -> BoolArray:
     """Mark the readings at the end of the reach or beyond: they mean that there was no echo."""
     marked: BoolArray = trace.readings >= sensor.max_range - 1.01 * sensor.resolution
     return marked
-
-
-def _commonest(trace: Trace) -> list[float]:
-    """Return the values that are read most often, the commonest first."""
-    values, counts = np.unique(trace.readings[np.isfinite(trace.readings)], return_counts=True)
-    often = np.argsort(-counts, kind="stable")[:_VALUES]
-    return [float(values[each]) for each in often if counts[each] >= _SHARE * len(trace.readings)]
 
 
 def _kind_of(value: float, trace: Trace, sensor: Sensor, *, names_no_echo: bool) -> SensorFaultKind | None:

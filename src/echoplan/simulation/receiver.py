@@ -80,13 +80,10 @@ class ReceiverSimulation:
         from echoplan.simulation.threshold import first_crossings  # noqa: PLC0415 - as above
 
         echoes = find_echoes(stage, pings, deadlines)
-        return first_crossings(self.detector, _in_order(echoes), stage.shots.openings[pings], deadlines)
-
-
-def _in_order(echoes: Echoes) -> Echoes:
-    listeners = np.repeat(np.arange(len(echoes.bounds) - 1), np.diff(echoes.bounds))
-    order = np.lexsort((echoes.times, listeners))
-    return Echoes(echoes.times[order], echoes.strengths[order], echoes.reflectors[order], echoes.bounds)
+        listeners = np.repeat(np.arange(len(echoes.bounds) - 1), np.diff(echoes.bounds))
+        order = np.lexsort((echoes.times, listeners))
+        ordered = Echoes(echoes.times[order], echoes.strengths[order], echoes.reflectors[order], echoes.bounds)
+        return first_crossings(self.detector, ordered, stage.shots.openings[pings], deadlines)
 
 
 def _alone(stage: Stage) -> Stage:

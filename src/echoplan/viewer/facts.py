@@ -181,7 +181,13 @@ def station_facts(feature_map: FeatureMap) -> list[Facts]:
         One a station.
     """
     labels = station_labels(feature_map.sweeps, feature_map.poses[:, :2])
-    spreads = [_pose_spread(*each) for each in zip(feature_map.poses, feature_map.pose_covariances, strict=False)]
+    spreads = [
+        (
+            *_spread(pose[:2], covariance[:2, :2]),
+            (f"{SIGMA} of the heading", in_degrees(sigma(covariance, 2), digits=2)),
+        )
+        for pose, covariance in zip(feature_map.poses, feature_map.pose_covariances, strict=False)
+    ]
     return [
         Facts(
             title=f"station {sweep}",
@@ -196,11 +202,6 @@ def station_facts(feature_map: FeatureMap) -> list[Facts]:
             labels, feature_map.sweeps.tolist(), feature_map.poses, spreads or [()] * len(labels), strict=True
         )
     ]
-
-
-def _pose_spread(pose: FloatArray, covariance: FloatArray) -> tuple[tuple[str, str], ...]:
-    turn = in_degrees(sigma(covariance, 2), digits=2)
-    return (*_spread(pose[:2], covariance[:2, :2]), (f"{SIGMA} of the heading", turn))
 
 
 def _spread(position_xy: FloatArray, covariance: FloatArray) -> tuple[tuple[str, str], ...]:

@@ -114,10 +114,11 @@ def _exhibit(exhibit: Exhibit, sheet: Sheet | None) -> list[ET.Element]:
 
 
 def _miniature(plan: Plan, sheet: Sheet) -> ET.Element:
+    stride = max(-(-len(plan.echoes_xy) // _MOST_POINTS), 1)
     layers = {
         "truth": truth_marks(plan.truth, sheet) if plan.truth else [],
         "cells": grid_marks(plan.grid, sheet) if plan.grid else [],
-        "echoes": echo_marks(_thinned(plan), sheet),
+        "echoes": echo_marks(replace(plan, echoes_xy=plan.echoes_xy[::stride]), sheet),
         "walls": wall_marks(plan, sheet),
         "gaps": gap_marks(plan, sheet),
         "cylinders": cylinder_marks(plan, sheet),
@@ -138,7 +139,3 @@ def _miniature(plan: Plan, sheet: Sheet) -> ET.Element:
         each.attrib.pop("id", None)
         each.attrib.pop("tabindex", None)
     return drawing
-
-
-def _thinned(plan: Plan) -> Plan:
-    return replace(plan, echoes_xy=plan.echoes_xy[:: -(-len(plan.echoes_xy) // _MOST_POINTS) or 1])

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from echoplan.arrays import FloatArray
 from echoplan.geometry import lines_through
 from echoplan.model import FeatureClass
 from echoplan.viewer.figures import (
@@ -110,7 +109,12 @@ def _of_one_wall(stages: Sequence[SweepStages], plan: Plan) -> Iterator[tuple[st
     wall = example(stages, FeatureClass.WALL)
     if wall is None:
         return
-    profile = wall_profile(wall, _lines(plan))
+    # Distances are compared with those of the true walls where these are known.
+    if plan.truth is not None:
+        lines = lines_through(plan.truth.walls_xy[:, 0], plan.truth.walls_xy[:, 1])
+    else:
+        lines = np.array([[each.normal_angle, each.offset] for each in plan.feature_map.walls]).reshape(-1, 2)
+    profile = wall_profile(wall, lines)
     if profile is not None:
         yield "figure-02-ranges", range_figure(profile)
     fitted = fitted_cluster(wall)
@@ -125,10 +129,3 @@ def _of_the_classes(stages: Sequence[SweepStages]) -> Iterator[tuple[str, Figure
     yield "figure-10-filter", filter_figure(stages)
     yield "figure-11-clusters", cluster_figure(max(stages, key=lambda each: len(each.located)))
     yield "figure-12-classes", class_figure(stages)
-
-
-def _lines(plan: Plan) -> FloatArray:
-    """Walls with which to compare distances: the true ones where they are known, else those of the map."""
-    if plan.truth is not None:
-        return lines_through(plan.truth.walls_xy[:, 0], plan.truth.walls_xy[:, 1])
-    return np.array([[wall.normal_angle, wall.offset] for wall in plan.feature_map.walls]).reshape(-1, 2)

@@ -76,7 +76,10 @@ def table_element(table: Table, *, feature: str = "") -> ET.Element:
         element("th", element("button", text=name, type="button"), scope="col", **_class(number=number))
         for name, number in zip(table.columns, numeric, strict=True)
     ]
-    rows = [element("tr", *_cells(row, numeric), **_key(feature, row)) for row in table.rows]
+    rows = [
+        element("tr", *_cells(row, numeric), **({"data_feature": f"{feature}-{row[0]}"} if feature else {}))
+        for row in table.rows
+    ]
     drawn = element("table", element("thead", element("tr", *head)), element("tbody", *rows))
     return element("div", drawn, class_="scroll")
 
@@ -158,10 +161,6 @@ def _cells(row: Sequence[str], numeric: Sequence[bool]) -> list[ET.Element]:
         element("td", text=text, **_class(number=is_one)) for text, is_one in zip(row[1:], numeric[1:], strict=True)
     ]
     return [first, *rest]
-
-
-def _key(feature: str, row: Sequence[str]) -> dict[str, str]:
-    return {"data_feature": f"{feature}-{row[0]}"} if feature else {}
 
 
 def _class(*, number: bool) -> dict[str, str]:

@@ -80,7 +80,7 @@ def test_an_object_that_few_stations_detect_can_be_misclassified_but_not_missed(
     assert counts(confusion(maps.cylinder((0.05, 1.0), 0.1))) == {**ALL_MISSED, ("wall", "cylinder"): 1}
 
 
-def test_everything_nowhere_is_nothing_true() -> None:
+def test_every_estimate_in_an_empty_truth_is_in_the_row_of_none() -> None:
     matrix = confusion(maps.wall((1, 0), (2, 0)), maps.corner((5, 0)), truth=maps.NOWHERE)
     assert counts(matrix) == {("none", "wall"): 1, ("none", "corner"): 1}
 

@@ -90,7 +90,7 @@ def test_a_mean_is_accepted_within_the_quantiles_of_the_sum() -> None:
     assert pooled.accepted == pytest.approx(chi2.ppf([0.025, 0.975], 6) / 3)
 
 
-def test_of_no_features_nothing_is_known() -> None:
+def test_without_features_the_consistency_is_unknown() -> None:
     nothing = consistency([])
     assert np.isnan([nothing.mean, nothing.share_inside, *nothing.accepted]).all()
 

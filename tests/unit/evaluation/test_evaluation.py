@@ -50,7 +50,7 @@ def test_an_empty_map_is_evaluated_like_any_other(truth: Truth) -> None:
     assert evaluation.trajectory is None
 
 
-def test_a_map_of_nowhere_is_spurious_all_over() -> None:
+def test_every_feature_in_an_empty_truth_is_spurious() -> None:
     evaluation = evaluate(TRUE_MAP, maps.NOWHERE)
     assert evaluation.matches.walls.tally.precision == 0.0
     assert np.isnan(evaluation.matches.walls.tally.recall)

@@ -61,7 +61,7 @@ def test_no_way_leads_from_cell_to_cell_through_a_wall(rise: float) -> None:
     assert ways[0, -1] != ways[-1, 0]
 
 
-def test_the_truth_itself_scores_nothing_ignorance_a_half_and_the_contrary_one() -> None:
+def test_the_true_grid_scores_zero_an_unknown_one_half_and_the_opposite_one() -> None:
     wanted = true_grid(maps.ROOM, unknown()).values
     errors = [
         (score.occupied, score.free, score.error, score.balanced_error)

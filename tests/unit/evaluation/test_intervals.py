@@ -22,6 +22,6 @@ def test_errors_of_several_maps_add_up() -> None:
     assert both.share_inside == 0.5
 
 
-def test_nothing_estimated_is_nothing_known() -> None:
+def test_without_estimates_interval_errors_are_unknown() -> None:
     nothing = IntervalErrors()
     assert np.isnan([nothing.mean, nothing.bias, nothing.share_inside]).all()

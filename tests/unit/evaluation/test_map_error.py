@@ -39,7 +39,7 @@ def test_what_is_missing_counts_as_what_is_too_much() -> None:
     assert map_error(half, wall).mean == pytest.approx(0.25 * 0.5, abs=0.002)
 
 
-def test_there_is_no_distance_from_nothing() -> None:
+def test_without_points_or_reference_the_error_is_unknown() -> None:
     for points, reference in ((NONE, np.zeros((3, 2))), (np.zeros((3, 2)), NONE), (NONE, NONE)):
         assert isnan(map_error(points, reference).mean)
 

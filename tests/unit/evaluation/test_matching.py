@@ -142,7 +142,7 @@ def test_only_corners_between_two_detectable_walls_are_wanted() -> None:
     assert match_corners([], maps.ROOM, SETTINGS).wanted == (2, 3, 4, 5)
 
 
-def test_nothing_matches_nowhere_and_nowhere_matches_nothing() -> None:
+def test_nothing_matches_in_an_empty_truth_or_an_empty_map() -> None:
     everything = maps.drawn(tilted(0), maps.corner((0, 0)), maps.cylinder((1, 1), 0.1))
     for matching in match_map(everything, maps.NOWHERE).by_class.values():
         assert matching.spurious == (0,)

@@ -32,7 +32,7 @@ def test_half_a_wall_is_accurate_and_incomplete() -> None:
     assert half.hausdorff == pytest.approx(2.0, abs=1e-3)
 
 
-def test_a_wall_too_long_is_the_other_way_round() -> None:
+def test_a_wall_too_long_is_complete_and_inaccurate() -> None:
     # Ends 1 m beyond: of 5 m one fifth is off, by 0 to 1 m.
     long = error(maps.wall((-1, 0), (4, 0)))
     assert long.map_to_truth.mean == pytest.approx(0.1)
@@ -90,7 +90,7 @@ def test_a_cylinder_without_a_radius_is_a_point() -> None:
     assert point.distances(np.array([[3.0, 1.5], [2.0, 1.0]])).tolist() == [0.5, 1.0]
 
 
-def test_everything_is_infinitely_far_from_nothing() -> None:
+def test_points_are_infinitely_far_from_an_empty_outline() -> None:
     nothing = Outline(segments_xy=NO_SEGMENTS, circles=NO_CIRCLES)
     assert nothing.distances(np.zeros((2, 2))).tolist() == [np.inf, np.inf]
     assert nothing.samples(0.1).shape == (0, 2)

@@ -73,7 +73,7 @@ def test_maps_without_poses_or_outlines_are_left_out_of_those() -> None:
     assert np.isnan(summary.position.mean.low)
 
 
-def test_nothing_pooled_is_nothing_known() -> None:
+def test_without_maps_pooled_errors_are_unknown() -> None:
     nothing = pooled()
     assert nothing.recordings == 0
     assert nothing.confusion.tolist() == [[0] * 4] * 4

@@ -23,5 +23,5 @@ def test_ends_that_differ_by_rounding_are_one_vertex() -> None:
     assert vertices.detected_by.tolist() == [0, 3, 0]
 
 
-def test_nowhere_has_no_vertices() -> None:
+def test_an_empty_truth_has_no_vertices() -> None:
     assert true_vertices(maps.NOWHERE).positions_xy.shape == (0, 2)

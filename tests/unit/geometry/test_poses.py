@@ -23,7 +23,7 @@ def test_the_inverse_is_the_pose_of_the_map_in_the_frame_of_the_robot() -> None:
     assert invert([2.0, 1.0, turn]) == pytest.approx([-2.2, 0.4, -turn])
 
 
-def test_nothing_moves_by_the_identity() -> None:
+def test_the_identity_moves_nothing() -> None:
     assert identity().tolist() == [0.0, 0.0, 0.0]
     assert compose(identity(), MAP_FROM_BASE) == pytest.approx(MAP_FROM_BASE)
     assert transform_points(identity(), [0.3, 0.7]) == pytest.approx([0.3, 0.7])

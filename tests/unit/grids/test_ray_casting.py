@@ -42,7 +42,7 @@ def slow_ray(
 
 @pytest.mark.parametrize("horizon", [0.0, 12.0])
 @pytest.mark.parametrize("seed", range(5))
-def test_cells_are_counted_as_by_a_slow_twin(seed: int, horizon: float) -> None:
+def test_cells_are_counted_as_by_a_slow_reference(seed: int, horizon: float) -> None:
     rng = np.random.default_rng(seed)
     blocked = rng.random((20, 30)) < 0.05
     fans = fans_of(
@@ -77,5 +77,5 @@ def test_no_ray_passes_a_wall_between_its_cells(turn: float) -> None:
     assert beyond.min() > -0.75
 
 
-def test_no_fans_reach_no_cell() -> None:
+def test_without_fans_no_cell_is_reached() -> None:
     assert not rays_per_cell(join_fans([]), np.zeros((2, 3), dtype=np.bool_)).any()

@@ -42,7 +42,7 @@ def test_poses_that_are_not_given_are_the_true_ones(tmp_path: Path) -> None:
     assert read(tmp_path, given=None).given.tolist() == TRUTH["poses"]
 
 
-def test_there_need_be_nothing_but_walls(tmp_path: Path) -> None:
+def test_everything_but_the_walls_is_optional(tmp_path: Path) -> None:
     truth = read(tmp_path, cylinders=None, cylinders_heard=None, poses=None, given=None, temperature=None)
     assert (truth.cylinders.shape, truth.poses.shape, truth.temperature) == ((0, 3), (0, 3), None)
 

@@ -383,17 +383,17 @@ def test_absolute_poses_are_tried_if_walls_are_duplicated(
     assert found.pose_status.inlier_ratio == (0.5 if why is PoseReason.INCONSISTENT else None)
 
 
-@pytest.mark.parametrize("best", ["led", "placed", "nudged"])
+@pytest.mark.parametrize("best", ["tracked", "registered", "annealed"])
 def test_the_best_of_several_starts_of_absolute_poses_is_selected(monkeypatch: pytest.MonkeyPatch, best: str) -> None:
     def log_evidence(estimate: Any) -> float:
         if estimate.pose_model is not PoseModel.ABSOLUTE:
             return 0.0
-        start = "nudged" if estimate.settled == ANNEALED else "placed" if estimate.is_placed else "led"
+        start = "annealed" if estimate.settled == ANNEALED else "registered" if estimate.is_placed else "tracked"
         return 20.0 if start == best else 10.0
 
     others = {"log_evidence": log_evidence, "place": lambda estimate: replace(estimate, is_placed=True)}
     found = selected(monkeypatch, agree={PoseModel.ODOMETRY}, others=others)
-    assert (found.settled == ANNEALED, found.is_placed) == (best == "nudged", best == "placed")
+    assert (found.settled == ANNEALED, found.is_placed) == (best == "annealed", best == "registered")
 
 
 @pytest.mark.parametrize(("scattered", "others"), [(set(), 0), ({PoseModel.ABSOLUTE}, 1)])

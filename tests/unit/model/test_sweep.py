@@ -64,7 +64,7 @@ def test_a_sweep_that_cannot_be_is_refused(wrong: dict[str, Any], message: str) 
         Sweep(**{**SWEEP, **wrong})
 
 
-def test_a_range_of_nothing_is_a_range() -> None:
+def test_a_range_of_zero_is_valid() -> None:
     assert Sweep(**{**SWEEP, "ranges": [0.0, 0.5, np.nan]}).ranges[0] == 0.0
 
 

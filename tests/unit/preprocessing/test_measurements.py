@@ -120,7 +120,7 @@ def test_each_sensor_is_held_to_its_own_limits() -> None:
     assert (measurements.min_range, measurements.max_range) == (0.3, 4.0)
 
 
-def test_mates_are_the_other_pings_of_the_same_time() -> None:
+def test_crosstalk_sources_are_the_other_pings_of_the_same_time() -> None:
     measurements = measurements_of(recorded_sweep(), rig())
     volleys = np.repeat(np.arange(90), 4)
     for ping in (0, 5, 359):
@@ -129,7 +129,7 @@ def test_mates_are_the_other_pings_of_the_same_time() -> None:
     assert (measurements.crosstalk_delays[:, :3] == 0.0).all()
 
 
-def test_mates_are_the_pings_of_the_firing_before_too() -> None:
+def test_crosstalk_sources_include_the_pings_of_the_previous_firing() -> None:
     measurements = measurements_of(recorded_sweep(), rig())
     assert measurements.crosstalk_sources[:4, 3:].tolist() == [[-1] * 4] * 4
     for ping in (4, 7, 358):
@@ -144,7 +144,7 @@ def test_a_firing_that_is_too_long_ago_is_forgotten() -> None:
     assert (measurements_of(slowly, rig()).crosstalk_sources[:, 3:] == -1).all()
 
 
-def test_a_ping_that_is_left_out_is_nobodys_mate() -> None:
+def test_a_ping_that_is_left_out_is_no_crosstalk_source() -> None:
     measurements = measurements_of(recorded_sweep(a90=np.nan), rig())
     # The sensor at 90 degrees from the first fires in the first volley.
     assert measurements.sensors[:3].tolist() == [0, 2, 3]
@@ -155,7 +155,7 @@ def test_a_ping_that_is_left_out_is_nobodys_mate() -> None:
     ]
 
 
-def test_a_single_sensor_has_no_mate_but_its_own_last_ping() -> None:
+def test_the_only_crosstalk_source_of_a_single_sensor_is_its_last_ping() -> None:
     measurements = measurements_of(*one_sensor(np.radians(np.arange(10.0)), np.ones(10)))
     assert measurements.crosstalk_sources.shape == (10, 1)
     assert measurements.crosstalk_sources[:, 0].tolist() == list(range(-1, 9))
@@ -238,7 +238,7 @@ def test_joined_stations_are_numbered_in_order_and_keep_their_pings() -> None:
         assert same(own, part, but=("stations",))
 
 
-def test_mates_in_joined_stations_are_of_the_same_station_and_time() -> None:
+def test_crosstalk_sources_in_joined_stations_are_of_the_same_station_and_time() -> None:
     parts = [measurements_of(recorded_sweep(index=k), rig()) for k in range(2)]
     joined = join_measurements([measurements_of(*one_sensor(np.radians(np.arange(5.0)), np.ones(5))), *parts])
     assert joined.crosstalk_sources[:5, 0].tolist() == [-1, 0, 1, 2, 3]
@@ -254,7 +254,7 @@ def test_the_limits_of_joined_stations_are_the_widest() -> None:
     assert (joined.min_range, joined.max_range) == (0.1, 4.0)
 
 
-def test_chosen_pings_point_to_the_mates_that_stay() -> None:
+def test_selected_pings_keep_the_crosstalk_sources_that_are_selected() -> None:
     measurements = join_measurements([measurements_of(recorded_sweep(index=k), rig()) for k in range(2)])
     kept = np.random.default_rng(3).random(720) < 0.6
     chosen, left = select_measurements(measurements, kept), np.flatnonzero(kept)
@@ -318,6 +318,6 @@ def test_a_second_sweep_of_a_ring_at_the_same_station_is_no_step() -> None:
     assert step_of(together) == pytest.approx(np.radians(21.0))
 
 
-def test_where_nobody_listens_there_is_no_step() -> None:
+def test_without_pings_there_is_no_step() -> None:
     nobody = np.zeros(len(listening().readings), dtype=bool)
     assert step_of(select_measurements(listening(), nobody)) == np.inf

@@ -28,11 +28,11 @@ def by_rays(degrees: float, *, noise: float = 0.002, rig: str = "rotary-array") 
 
 
 @pytest.mark.parametrize("half_angle", [5.0, 15.0, 30.0])
-def test_rays_glide_along_walls(half_angle: float) -> None:
+def test_rays_show_ramps_along_walls(half_angle: float) -> None:
     assert share_of_ramps(by_rays(half_angle)) > 0.15
 
 
-def test_with_a_centimetre_of_noise_they_still_do() -> None:
+def test_rays_show_ramps_despite_a_centimetre_of_noise() -> None:
     assert share_of_ramps(by_rays(15.0, noise=0.01)) > 0.1
 
 
@@ -43,19 +43,19 @@ def test_steps_too_wide_to_show_a_ramp_are_taken_for_sound() -> None:
     assert share_of_ramps(select_measurements(ahead, np.arange(len(ahead.readings)) % 4 == 0)) == 0.0
 
 
-def test_what_a_hand_turns_unevenly_is_taken_for_sound() -> None:
+def test_rays_at_uneven_steps_are_taken_for_sound() -> None:
     every = by_rays(15.0)
     ahead = select_measurements(every, every.sensors == 0)
     in_turn = np.isin(np.arange(len(ahead.readings)) % 5, [0, 1])
     assert share_of_ramps(select_measurements(ahead, in_turn)) == 0.0
 
 
-def test_sound_does_not() -> None:
+def test_readings_of_sound_show_no_ramps() -> None:
     simulation = simulation_of("rotary-array")
     assert share_of_ramps(measured(list(simulation), simulation.rig)) == 0.0
 
 
-def test_what_does_not_turn_shows_no_ramps() -> None:
+def test_a_fixed_ring_shows_no_ramps() -> None:
     assert share_of_ramps(by_rays(15.0, rig="ring-16")) == 0.0
 
 

@@ -64,7 +64,7 @@ def excess(amplitude: ArrayLike, length: float) -> float:
     ],
     ids=["all", "own bursts", "mirrors", "one sensor"],
 )
-def test_the_machine_code_finds_the_echoes_of_its_twin(using: Rig, settings: dict[str, bool]) -> None:
+def test_the_machine_code_finds_the_echoes_of_its_reference(using: Rig, settings: dict[str, bool]) -> None:
     poses = [[0.9, 1.5, 0.3], [3.6, 1.9, 2.0], [2.3, 0.8, -1.2]]
     simulation = simulated_worlds.simulation(simulated_worlds.room(), using=using, poses=poses, **settings)
     twin = Twin(simulation)
@@ -236,7 +236,7 @@ def test_echoes_go_round_by_a_wall_and_a_cylinder_both_ways() -> None:
         "at a hair from a vertex",
     ],
 )
-def test_no_place_is_too_odd(pose: list[float], world: World) -> None:
+def test_no_pose_gives_readings_that_are_nan(pose: list[float], world: World) -> None:
     simulation = simulated_worlds.simulation(world, using=simulated_worlds.array(), poses=[pose])
     assert not np.isnan(simulated_worlds.readings(simulation)).any()
     assert np.isfinite(echoes_of(simulation, range(90)).strengths).all()

@@ -109,7 +109,7 @@ def test_where_nothing_is_detected_every_stray_is_read() -> None:
     assert np.isfinite(found).mean() == pytest.approx(0.25, abs=0.02)
 
 
-def test_chance_is_drawn_alike_whatever_happens_with_it() -> None:
+def test_dropouts_do_not_change_the_jitter_of_other_readings() -> None:
     quiet, troubled = read([1.0] * 50, jitter=0.002), read([1.0] * 50, jitter=0.002, dropout=0.5)
     kept = np.isfinite(troubled)
     assert 10 < kept.sum() < 40

@@ -29,7 +29,7 @@ from echoplan.simulation import OdometryNoise, SimulationSettings
     ],
     ids=str,
 )
-def test_what_cannot_be_or_is_misspelt_is_refused(wrong: dict[str, Any]) -> None:
+def test_invalid_values_and_misspelt_keys_are_refused(wrong: dict[str, Any]) -> None:
     with pytest.raises(ValidationError):
         SimulationSettings(**wrong)
 

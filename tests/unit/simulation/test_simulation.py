@@ -87,7 +87,7 @@ class TestSource:
             np.testing.assert_array_equal(one.ranges, other.ranges)
             np.testing.assert_array_equal(one.map_from_base, other.map_from_base)
 
-    def test_another_seed_is_another_chance(self) -> None:
+    def test_another_seed_gives_other_readings(self) -> None:
         one, other = (
             simulated_worlds.readings(
                 simulated_worlds.simulation(
@@ -105,11 +105,11 @@ class TestSource:
         with pytest.raises(InvalidValueError, match="rays must be left out of the rig, or false"):
             simulated_worlds.simulation(simulated_worlds.room(), using=replace(simulated_worlds.array(), rays=True))
 
-    def test_sweeps_have_chances_of_their_own(self) -> None:
+    def test_each_sweep_has_random_numbers_of_its_own(self) -> None:
         simulation = simulated_worlds.simulation(simulated_worlds.wall(1.0), poses=np.zeros((50, 3)), jitter=0.003)
         assert len(np.unique(simulated_worlds.readings(simulation))) == 50
 
-    def test_a_world_of_unknown_stuff_is_refused(self) -> None:
+    def test_a_world_of_unknown_material_is_refused(self) -> None:
         strange = World(name="w", polylines=(Polyline(points_xy=np.array([[1, 0], [1, 1]]), material="wool"),))
         with pytest.raises(UnknownNameError, match="unknown material 'wool'"):
             simulated_worlds.simulation(strange)
@@ -370,7 +370,7 @@ class TestReadings:
         assert np.isfinite(hard).sum() > np.isfinite(curtain).sum() > np.isfinite(foam).sum() > 0
         assert np.nanmin(hard) < np.nanmin(curtain) < np.nanmin(foam)
 
-    def test_mishaps_happen_as_often_as_was_asked_for(self) -> None:
+    def test_dropouts_are_as_frequent_as_requested(self) -> None:
         simulation = simulated_worlds.simulation(
             simulated_worlds.wall(2.0),
             poses=np.zeros((1000, 3)),

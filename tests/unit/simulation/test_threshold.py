@@ -52,7 +52,7 @@ def test_an_echo_below_the_threshold_is_not_detected() -> None:
 
 @pytest.mark.parametrize("detector", ["envelope", "carrier"])
 @pytest.mark.parametrize("seed", range(8))
-def test_many_echoes_cross_when_a_patient_twin_says(detector: str, seed: int) -> None:
+def test_many_echoes_cross_when_a_slow_reference_says(detector: str, seed: int) -> None:
     rng = np.random.default_rng(seed)
     times = np.sort(rng.uniform(0.001, 0.004, 6))
     strengths = rng.uniform(0.2, 1.1, 6) * np.exp(2j * np.pi * rng.random(6))

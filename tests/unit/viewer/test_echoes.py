@@ -58,7 +58,7 @@ def test_a_station_that_detected_nothing_has_no_cross() -> None:
     np.testing.assert_allclose(data(axes.lines[1]), [[1.0, 2.0]])
 
 
-def test_silence_is_an_empty_map() -> None:
+def test_pings_without_echoes_give_an_empty_map_of_echoes() -> None:
     for axes in (echoes_of(), echoes_of(scenes.pings(np.zeros(0), np.zeros(0)))):
         assert [len(data(each)) for each in axes.lines] == [0, 0]
 

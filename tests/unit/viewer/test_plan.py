@@ -20,7 +20,7 @@ def plan(*features: object, **given: object) -> Plan:
     return Plan(feature_map=drawn(*features, poses=given.pop("poses", ())), **given)  # type: ignore[arg-type]
 
 
-def test_nothing_at_all_is_a_square_metre() -> None:
+def test_an_empty_plan_is_bounded_by_a_square_metre() -> None:
     np.testing.assert_allclose(Plan(feature_map=EMPTY).bounds_xy, [[-0.0, -0.0], [1.0, 1.0]])
 
 
@@ -66,7 +66,7 @@ def test_a_single_point_lies_in_the_middle_of_a_square_metre() -> None:
     np.testing.assert_allclose(plan(corner([2.0, 3.0])).bounds_xy, [[1.5, 2.5], [2.5, 3.5]])
 
 
-def test_what_is_short_one_way_is_widened_only_that_way() -> None:
+def test_only_a_side_shorter_than_a_metre_is_widened() -> None:
     np.testing.assert_allclose(plan(wall([0.0, 2.0], [4.0, 2.0])).bounds_xy, [[0.0, 1.5], [4.0, 2.5]])
 
 

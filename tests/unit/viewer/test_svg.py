@@ -229,7 +229,7 @@ def test_a_file_ends_its_last_line() -> None:
     assert plan_svg(NOTHING).endswith("</svg>\n")
 
 
-def test_the_style_speaks_of_nothing_that_is_not_drawn(document: ET.Element) -> None:
+def test_the_style_has_rules_only_for_what_is_drawn(document: ET.Element) -> None:
     gaps = plan_element(Plan(feature_map=gapped_map()))
     failed = plan_element(Plan(feature_map=replace(gapped_map(), quality=Quality(verdict=Verdict.FAILED))))
     used = {name for each in (*document.iter(), *gaps.iter(), *failed.iter()) for name in each.get("class", "").split()}

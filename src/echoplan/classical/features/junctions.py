@@ -133,29 +133,24 @@ def _meeting(pair: tuple[int, int], spans: list[Span], *, max_extension: float, 
     if abs(np.sin(first.line[0] - second.line[0])) < np.sin(min_turn):
         return None
     position = intersections(first.line, second.line)
-    gaps = [_gap(span, position) for span in (first, second)]
+    places = [float(along(span.line, position)) for span in (first, second)]
+    # How far beyond the nearer end of each span the crossing lies [m]; negative inside.
+    gaps = [max(span.low - place, place - span.high) for span, place in zip((first, second), places, strict=True)]
     # A crossing may also lie inside a span, because ends are uncertain: by a tenth of the shorter span.
     max_overlap = 0.1 * min(first.high - first.low, second.high - second.low)
     kind = _kind(first, second)
     if kind is None or max(gaps) > max_extension or min(gaps) < -max_overlap:
         return None
-    at_high = [bool(along(span.line, position) > (span.low + span.high) / 2) for span in (first, second)]
     return Junction(
         first=pair[0],
         second=pair[1],
-        first_at_high=at_high[0],
-        second_at_high=at_high[1],
+        first_at_high=places[0] > (first.low + first.high) / 2,
+        second_at_high=places[1] > (second.low + second.high) / 2,
         position_xy=position,
         extension=sum(max(gap, 0.0) for gap in gaps),
         longest=max(*gaps, 0.0),
         kind=kind,
     )
-
-
-def _gap(span: Span, position_xy: FloatArray) -> float:
-    """How far beyond the nearer end of a span a point on its line lies [m]; negative inside."""
-    coordinate = float(along(span.line, position_xy))
-    return max(span.low - coordinate, coordinate - span.high)
 
 
 def _kind(first: Span, second: Span) -> CornerKind | None:

@@ -47,7 +47,7 @@ def arc_map(loci: Loci, *, resolution: float) -> ArcMap:
     """
     parts = [_cells(loci[start : start + _CHUNK], resolution) for start in range(0, len(loci), _CHUNK)]
     cells, counts = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *parts]), return_counts=True)
-    rows, columns = _unpacked(cells)
+    rows, columns = cells >> 32, (cells & (2**32 - 1)) - 2**31
     centers = resolution * (np.column_stack([columns, rows]).astype(np.float64) + 0.5)
     return ArcMap(points_xy=centers, counts=counts)
 
@@ -82,19 +82,10 @@ def directional_maxima(cells: ArcMap, *, count: int, resolution: float) -> IntAr
 
 
 def _cells(loci: Loci, resolution: float) -> IntArray:
-    """Cells of each arc, each once, one arc after the other."""
+    """Cells of each arc, each once, as one number (row << 32) + column + 2**31: a map is never 2**31 cells wide."""
     longest = float((2 * loci.ranges * loci.half_apertures).max())
     turns = loci.half_apertures[:, None] * np.linspace(-1, 1, 2 * int(np.ceil(longest / resolution)) + 2)
     columns, rows = np.floor(np.moveaxis(loci.points_xy(turns), -1, 0) / resolution).astype(np.int64)
-    packed = np.sort(_packed(rows, columns), axis=1)
+    packed = np.sort((rows << 32) + (columns + 2**31), axis=1)
     once = np.diff(packed, axis=1, prepend=packed[:, :1] - 1) > 0
     return packed[once]
-
-
-def _packed(rows: IntArray, columns: IntArray) -> IntArray:
-    """One number for each cell; a map is never 2**31 cells wide."""
-    return (rows << 32) + (columns + 2**31)
-
-
-def _unpacked(cells: IntArray) -> tuple[IntArray, IntArray]:
-    return cells >> 32, (cells & (2**32 - 1)) - 2**31

@@ -89,7 +89,9 @@ def _settled(cloud: Cloud, seed: IntArray, free: BoolArray, settings: SegmentSet
             break
         members = run
     own = cloud[members]
-    if own.weight < settings.min_weight or _covered(own, line, settings) < settings.min_length:
+    # Two distant clusters always share a line, but support little of its length.
+    supported = np.minimum(np.diff(np.sort(along(line, own.points_xy))), settings.reach).sum()
+    if own.weight < settings.min_weight or supported < settings.min_length:
         return None
     return segment_of(own, line, settings, members=members)
 
@@ -101,11 +103,6 @@ def _heaviest_run(cloud: Cloud, chosen: IntArray, line: FloatArray, settings: Se
     breaks = np.flatnonzero(np.diff(coordinates[order]) > settings.max_gap) + 1
     runs = np.split(chosen[order], breaks)
     return np.sort(max(runs, key=lambda run: float(cloud.weights[run].sum())))
-
-
-def _covered(cloud: Cloud, line: FloatArray, settings: SegmentSettings) -> float:
-    """Length of a line that points support [m]: two distant clusters always share a line but support little of it."""
-    return float(np.minimum(np.diff(np.sort(along(line, cloud.points_xy))), settings.reach).sum())
 
 
 def _explains(segment: Segment, cloud: Cloud, settings: SegmentSettings) -> BoolArray:

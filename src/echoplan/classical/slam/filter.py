@@ -194,18 +194,15 @@ class Slam:
             if earlier.sweep == sighting.sweep:
                 continue
             both = self.state.marginal([_pose(earlier.sweep), _pose(sighting.sweep)])
-            ranked = sorted(
-                (self._deviance(both, shape, earlier, sighting), shape.name, shape) for shape in (LINE, CIRCLE)
-            )
-            (least, _, shape), (other, _, _) = ranked
+            ranked: list[tuple[float, str, Shape]] = []
+            for shape in (LINE, CIRCLE):
+                augmented = self._augmented(both, "new", shape, earlier)
+                innovation = self._innovation(augmented, "new", shape, sighting)
+                deviance = augmented.deviance(innovation) if self._is_within(augmented, innovation) else np.inf
+                ranked.append((deviance, shape.name, shape))
+            (least, _, likeliest), (other, _, _) = sorted(ranked)
             if other - least >= 2 * log(self.settings.min_likelihood_ratio):
-                yield least, earlier, shape
-
-    def _deviance(self, state: GaussianState, shape: Shape, earlier: Observation, sighting: Observation) -> float:
-        """Deviance of a sighting if it is of the same landmark as an earlier one; inf beyond the gate."""
-        augmented = self._augmented(state, "new", shape, earlier)
-        innovation = self._innovation(augmented, "new", shape, sighting)
-        return augmented.deviance(innovation) if self._is_within(augmented, innovation) else np.inf
+                yield least, earlier, likeliest
 
     def _is_within(self, state: GaussianState, innovation: Innovation) -> bool:
         # Quantile of chi-squared with two degrees of freedom, an exponential distribution.

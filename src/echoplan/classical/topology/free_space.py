@@ -158,6 +158,8 @@ def find_free_space(pings_by_sweep: Sequence[Pings], settings: FreeSpaceSettings
     >>> find_free_space([ping], FreeSpaceSettings(min_votes=1)).at([[1.3, 0.0], [1.9, 0.0], [0.0, 1.3]])
     array([ True, False, False])
     """
+    from scipy.ndimage import median_filter  # noqa: PLC0415 - SciPy is slow to import
+
     settings = settings or FreeSpaceSettings()
     blocks = [pings[start : start + _BLOCK] for pings in pings_by_sweep for start in range(0, len(pings), _BLOCK)]
     if not blocks:
@@ -168,7 +170,9 @@ def find_free_space(pings_by_sweep: Sequence[Pings], settings: FreeSpaceSettings
         cells = np.ravel_multi_index(tuple(empty.cells(points).T), empty.data.shape)
         votes += np.bincount(cells, minlength=len(votes))
     swept = replace(empty, data=(votes >= settings.min_votes).reshape(empty.data.shape))
-    return _smooth(_with_bodies(swept, np.concatenate([pings.hubs_xy for pings in blocks]), settings.robot_radius))
+    free = _with_bodies(swept, np.concatenate([pings.hubs_xy for pings in blocks]), settings.robot_radius)
+    # Single cells follow their neighbours.
+    return replace(free, data=median_filter(free.data, size=3))
 
 
 def _empty(pings_by_sweep: Sequence[Pings], settings: FreeSpaceSettings) -> FreeSpace:
@@ -207,10 +211,3 @@ def _with_bodies(free: FreeSpace, bodies_xy: FloatArray, radius: float) -> FreeS
     data = free.data.copy()
     data[tuple(cells[distances <= radius].T)] = True
     return replace(free, data=data)
-
-
-def _smooth(free: FreeSpace) -> FreeSpace:
-    """Let single cells follow their neighbours."""
-    from scipy.ndimage import median_filter  # noqa: PLC0415
-
-    return replace(free, data=median_filter(free.data, size=3))

@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 from pydantic import Field
 
-from echoplan.arrays import BoolArray, FloatArray, IntArray, checked_floats, store
+from echoplan.arrays import FloatArray, IntArray, checked_floats, store
 from echoplan.classical.topology.free_space import FreeSpace
 from echoplan.settings import Settings
 
@@ -145,9 +145,21 @@ def find_places(free: FreeSpace, settings: PlaceSettings | None = None) -> Topol
     numbers = {hill: number for number, hill in enumerate(flood.hills())}
     hills = np.array([flood.root(hill) for hill in range(len(flood.summits))], dtype=np.int64)
     return TopologicalGraph(
-        places=tuple(_place(flood.summits[hill], hills[flood.labels] == hill, clearances, free) for hill in numbers),
+        places=tuple(
+            Place(
+                center_xy=_middle(flood.summits[hill], free),
+                clearance=float(clearances[flood.summits[hill]]),
+                area=float((hills[flood.labels] == hill).sum()) * free.resolution**2,
+            )
+            for hill in numbers
+        ),
         passages=tuple(
-            _passage((numbers[first], numbers[second]), cell, clearances, free)
+            Passage(
+                first=min(numbers[first], numbers[second]),
+                second=max(numbers[first], numbers[second]),
+                position_xy=_middle(cell, free),
+                width=2 * float(clearances[cell]),
+            )
             for (first, second), cell in flood.passes().items()
             if {first, second} <= numbers.keys()
         ),
@@ -220,17 +232,6 @@ def _clearances(free: FreeSpace) -> FloatArray:
     bordered = np.pad(free.data, 1)
     clearances: FloatArray = free.resolution * (distance_transform_edt(bordered) - 0.5 * bordered)
     return clearances
-
-
-def _place(summit: tuple[int, int], own: BoolArray, clearances: FloatArray, free: FreeSpace) -> Place:
-    return Place(
-        center_xy=_middle(summit, free), clearance=float(clearances[summit]), area=float(own.sum()) * free.resolution**2
-    )
-
-
-def _passage(places: tuple[int, int], cell: tuple[int, int], clearances: FloatArray, free: FreeSpace) -> Passage:
-    first, second = sorted(places)
-    return Passage(first=first, second=second, position_xy=_middle(cell, free), width=2 * float(clearances[cell]))
 
 
 def _middle(cell: tuple[int, int], free: FreeSpace) -> FloatArray:

@@ -49,9 +49,9 @@ UNCERTAIN, _SCATTER = 6.0, 1.6
 # a non-detection.
 _NEAR, BEYOND = 6.0, 4.0
 # Detection probability of the strongest echo; least probability of a non-detection, as any reading may be wrong.
-_HEARD, _WRONG = 0.97, 0.06
+_DETECTED, _WRONG = 0.97, 0.06
 # Signal excess [dB] above which a non-detection has its least log probability [nats].
-_SURE, _SURE_MISS = _FADING * math.log((1.0 - _WRONG) / (_HEARD - 1.0 + _WRONG)), math.log(_WRONG)
+_SURE, _SURE_MISS = _FADING * math.log((1.0 - _WRONG) / (_DETECTED - 1.0 + _WRONG)), math.log(_WRONG)
 # A reading shorter than expected by more than this is that of a nearer object, which masks the landmark [m].
 MASKING = 0.03
 _ROOT_TAU = math.sqrt(2.0 * math.pi)
@@ -171,4 +171,4 @@ def log_density(late: float, scatter: float, excess: float) -> float:
 @inlined
 def log_non_detection(excess: float) -> float:
     """Return the log probability that an echo of this signal excess [dB] is not detected."""
-    return _SURE_MISS if excess > _SURE else math.log(max(1.0 - _HEARD * detection_probability(excess), _WRONG))
+    return _SURE_MISS if excess > _SURE else math.log(max(1.0 - _DETECTED * detection_probability(excess), _WRONG))

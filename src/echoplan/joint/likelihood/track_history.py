@@ -11,10 +11,6 @@ from echoplan.model import ClassProbabilities
 __all__ = ["NO_HISTORY", "LineEvidence", "TrackHistory"]
 
 
-def _undecided() -> ClassProbabilities:
-    return ClassProbabilities(wall=1 / 3, corner=1 / 3, cylinder=1 / 3)
-
-
 def _nowhere() -> FloatArray:
     return np.zeros(0)
 
@@ -44,10 +40,6 @@ class LineEvidence(NamedTuple):
     def chosen(self, rows: BoolArray | IntArray) -> "LineEvidence":
         """Select the rows of some stations."""
         return LineEvidence(*(each[rows] for each in self))
-
-
-def _no_line_evidence() -> LineEvidence:
-    return LineEvidence(np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2, 0)))
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -98,8 +90,10 @@ class TrackHistory:
     extent: tuple[float, float] = (np.inf, -np.inf)
     feet: FloatArray = field(default_factory=_nowhere)
     crossings: FloatArray = field(default_factory=_nowhere)
-    line: LineEvidence = field(default_factory=_no_line_evidence)
-    probabilities: ClassProbabilities = field(default_factory=_undecided)
+    line: LineEvidence = field(default_factory=lambda: LineEvidence(np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2, 0))))
+    probabilities: ClassProbabilities = field(
+        default_factory=lambda: ClassProbabilities(wall=1 / 3, corner=1 / 3, cylinder=1 / 3)
+    )
     certainty: float = -np.inf
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from echoplan.acoustics.beam import two_way_loss
 from echoplan.acoustics.predicted_echo import EchoModel, Kind, Shape, echo_geometry, shape_of
-from echoplan.arrays import BoolArray, FloatArray
+from echoplan.arrays import FloatArray
 from echoplan.compiled import compiled, inlined
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.preprocessing.measurements import Measurements
@@ -24,7 +24,7 @@ _LEAST, _MOST = 0.06, 0.94
 # Scale of the logistic detection curve [dB]: wider than that of one surface, since it covers all surfaces.
 _FADING = 1.56
 # Standard deviation of the prior of the figure of merit [dB], and the weight of that prior in pings.
-_SIGMA, _WORTH = 6.0, 5.0
+_SIGMA, _PRIOR_PINGS = 6.0, 5.0
 # Readings between _EARLY and _LATE past the depth are detections; from _BEHIND on they are non-detections, unless the
 # depth is within _RIM of ``max_range`` [m].
 _EARLY, _LATE, _BEHIND, _RIM = -0.02, 0.06, 0.08, 0.1
@@ -57,15 +57,19 @@ def fit_figure_of_merit(
     rows = np.concatenate([_faced(measurements, each.reflector, each.extent, scale) for each in clear])
     rows = rows[:: -(-len(rows) // _ROWS)]
     losses = 20 * np.log10(2 * rows[:, 0]) + 2 * model.absorption * rows[:, 0] - rows[:, 2]
-    beam = _beam_table()
+    detected = rows[:, 3] > 0
+    # The two-way beam gain [dB] over ka sin(angle), cut off just before the first null.
+    arguments = np.linspace(0.0, _NULL, 721)
+    beam_gains = np.append(-two_way_loss(np.arcsin(arguments / _NULL), _NULL), -_SILENT)
+    arguments = np.append(arguments, _NULL + 1e-9)
 
     def cost(point: Sequence[float]) -> float:
         """Return the negative log posterior of a figure of merit [dB] and a beam parameter ka."""
         merit, ka = point
-        gains = np.interp(abs(ka) * rows[:, 1], beam[0], beam[1])
-        chances = 1 / (1 + np.exp(np.clip((losses - merit - gains) / _FADING, -30, 30)))
-        surprise = -np.sum(_log_likelihood(np.clip(chances, _LEAST, _MOST), rows[:, 3] > 0))
-        return float(surprise + 0.5 * _WORTH * ((merit - prior_mean) / _SIGMA) ** 2)
+        gains = np.interp(abs(ka) * rows[:, 1], arguments, beam_gains)
+        chances = np.clip(1 / (1 + np.exp(np.clip((losses - merit - gains) / _FADING, -30, 30))), _LEAST, _MOST)
+        surprise = -np.sum(np.log(np.where(detected, chances, 1 - chances)))
+        return float(surprise + 0.5 * _PRIOR_PINGS * ((merit - prior_mean) / _SIGMA) ** 2)
 
     # A strong sonar with a narrow beam resembles a weak one with a wide beam: the likelihood has several maxima.
     starts = [(model.figure_of_merit, model.ka), *product(_MERITS, _WIDTHS)]
@@ -82,17 +86,6 @@ def _clear(features: Sequence[Hypothesis]) -> list[Hypothesis]:
         if len(clear) >= _FEATURES:
             return clear
     return []
-
-
-def _log_likelihood(chances: FloatArray, detected: BoolArray) -> FloatArray:
-    return np.log(np.where(detected, chances, 1 - chances))
-
-
-def _beam_table() -> tuple[FloatArray, FloatArray]:
-    """Return arguments ``ka sin(angle)`` and the two-way beam gain [dB], cut off just before the first null."""
-    arguments = np.linspace(0.0, _NULL, 721)
-    gains = -two_way_loss(np.arcsin(arguments / _NULL), _NULL)
-    return np.append(arguments, _NULL + 1e-9), np.append(gains, -_SILENT)
 
 
 @compiled

@@ -44,7 +44,13 @@ def expected_sonar(
     elif not isinstance(walk, str):
         excess, late = np.array(walk, dtype=np.float64).reshape(-1, 2).T
         model = replace(model, walk=WalkCurve.from_table(excess, late), walk_gain=float(late[0] - late[-1]))
-    return model.as_ray_cone(half_aperture_of(rig)) if _reads_rays(rig, measurements, known) else model
+    if known is not None:
+        reads_rays = known.cone > 0.0
+    elif rig.rays is not None:
+        reads_rays = rig.rays
+    else:
+        reads_rays = are_rays(measurements)
+    return model.as_ray_cone(half_aperture_of(rig)) if reads_rays else model
 
 
 def estimated_sonar(
@@ -83,9 +89,3 @@ def walking(model: EchoModel, solution: Solution | None, noise: float) -> EchoMo
 def half_aperture_of(rig: Rig) -> float:
     """Return half of the opening angle of the sensors of a rig, the median if they differ [rad]."""
     return float(np.median([sensor.half_aperture for sensor in rig.sensors]))
-
-
-def _reads_rays(rig: Rig, measurements: Measurements, known: EchoModel | None) -> bool:
-    if known is not None:
-        return known.cone > 0.0
-    return are_rays(measurements) if rig.rays is None else rig.rays

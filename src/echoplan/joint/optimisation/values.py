@@ -73,7 +73,8 @@ class Values:
         steps = layout.steps(step)
         # Moves of walls are limited at the middle of their extent: far from the origin a small rotation changes the
         # offset by much.
-        moves = np.where(layout.kinds[:, None] == Kind.WALL, _at_middle(steps, self.features.extents), steps)
+        moves = steps.copy()
+        moves[:, 1] -= np.where(layout.kinds == Kind.WALL, self.features.extents.mean(axis=1) * steps[:, 0], 0.0)
         reflectors[:, 1:] += _share(moves) * steps
         reflectors[:, 3] = np.where(
             layout.kinds == Kind.CYLINDER, np.clip(reflectors[:, 3], _THIN, _THICK), self.features.reflectors[:, 3]
@@ -98,13 +99,6 @@ class Values:
             ),
             poses=self.poses + _share(ways) * ways,
         )
-
-
-def _at_middle(steps: FloatArray, extents: FloatArray) -> FloatArray:
-    """Return the steps of landmarks, for walls rotation and shift of the middle of their extent, shape (f, 3)."""
-    moves = steps.copy()
-    moves[:, 1] -= extents.mean(axis=1) * steps[:, 0]
-    return moves
 
 
 def _shifts(features: Features, reflectors: FloatArray) -> FloatArray:

@@ -51,6 +51,6 @@ def test_points_of_one_object_are_put_together_by_their_middles() -> None:
     assert len(group_points(observations, GATES)) > 2
 
 
-def test_nothing_makes_no_groups() -> None:
+def test_without_observations_there_are_no_groups() -> None:
     assert group_lines([], GATES) == []
     assert group_points([], GATES) == []

@@ -14,7 +14,7 @@ def test_of_several_leaders_the_first_wins() -> None:
     assert Ballot(np.array([[2, 1], [1, 2]]), np.ones(2)).leader() == (1, 2.0)
 
 
-def test_votes_taken_back_are_gone_once_only() -> None:
+def test_votes_are_withdrawn_only_once() -> None:
     ballot = Ballot(CELLS, np.ones(4))
     ballot.withdraw(np.array([0]))
     ballot.withdraw(np.array([0]))
@@ -30,7 +30,7 @@ def test_the_weights_of_the_caller_stay_as_they_are() -> None:
     assert weights.tolist() == [1.0] * 4
 
 
-def test_a_cell_off_the_ballot_leads_no_more() -> None:
+def test_a_cell_that_was_struck_out_does_not_lead() -> None:
     ballot = Ballot(CELLS, np.ones(4))
     ballot.strike(np.array([2, 3]))
     assert ballot.leader() == (0, 2.0)
@@ -48,5 +48,5 @@ def test_cells_may_have_any_numbers() -> None:
     assert ballot.voters(10**15).tolist() == [1]
 
 
-def test_nobody_votes_for_nothing() -> None:
+def test_a_ballot_without_votes_has_no_leader() -> None:
     assert Ballot(np.zeros((0, 5), dtype=np.int64), np.zeros(0)).leader() == (0, 0.0)

@@ -69,7 +69,7 @@ def test_a_component_is_spread_along_itself_with_all_its_mass() -> None:
     assert np.diff(np.sort(points[:, 0])).max() <= 0.05
 
 
-def test_nothing_is_spread_nowhere() -> None:
+def test_an_empty_mixture_has_no_points() -> None:
     points, weights = Mixture.empty().spread(spacing=0.05)
     assert points.shape == (0, 2)
     assert len(weights) == 0

@@ -43,7 +43,7 @@ def test_shares_sum_to_one_and_go_with_the_degrees() -> None:
     assert (found.corner, found.cylinder, found.wall) == pytest.approx((0.125, 0.25, 0.625))
 
 
-def test_shares_of_nothing_are_alike() -> None:
+def test_without_degrees_all_shares_are_equal() -> None:
     undecided = shares(np.array([-0.1, 0.0, -0.2]))
     assert (undecided.corner, undecided.cylinder, undecided.wall) == pytest.approx((1 / 3, 1 / 3, 1 / 3))
 

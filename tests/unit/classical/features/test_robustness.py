@@ -15,7 +15,7 @@ from helpers.expectations import NOISE, REACH, ROOM, SONAR, listening, pings_of
 # Where the stations of ``listening`` are said to be, and where they are.
 GIVEN = np.array([[-0.9, 0.1, 0.0], [-0.2, -0.5, 0.4], [0.5, 0.3, 1.0], [1.1, -0.3, -2.0]])
 TRUE = np.concatenate([GIVEN[:1], compose(GIVEN[1:], np.array([0.01, -0.008, 0.02]))])
-BELIEFS = Priors(
+PRIORS = Priors(
     noise=NOISE,
     offset_sigma=0.0015,
     walk_gain=SONAR.walk_gain,
@@ -40,7 +40,7 @@ def corrected(*, wrong: float = 0.0, scale: float = 0.0) -> Solution:
         reflectors=ROOM, extents=extents, attenuations=np.zeros((4, 4)), bias_variances=np.zeros((4, 4)), ends=ends
     )
     start = Values(features=features, model=SONAR, poses=GIVEN)
-    return optimise(recorded._replace(readings=readings), start, BELIEFS, OptimiserSettings(max_iterations=20))
+    return optimise(recorded._replace(readings=readings), start, PRIORS, OptimiserSettings(max_iterations=20))
 
 
 def farthest(poses: FloatArray) -> float:

@@ -57,7 +57,7 @@ def test_crossings_of_many_are_those_of_each_pair() -> None:
     assert sorted(alone.second.tolist()) == sorted(crossings.second[crossings.first == 270].tolist())
 
 
-def test_nothing_crosses_nothing() -> None:
+def test_without_arcs_there_are_no_crossings() -> None:
     one = arcs.on_point(POINT, [(0.0, 0.0)])
     for first, second in ((arcs.nothing(), one), (one, arcs.nothing())):
         assert find_crossings(first, second, min_angle=0.5).points_xy.shape == (0, 2)

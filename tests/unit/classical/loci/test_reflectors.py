@@ -33,7 +33,7 @@ def test_lines_and_points_share_the_echoes_out_among_them() -> None:
     assert sorted(members.tolist()) == list(range(36))
 
 
-def test_winners_are_fitted_to_all_their_echoes() -> None:
+def test_reflectors_are_fitted_to_all_their_echoes() -> None:
     reflectors = find_reflectors(scene(), SETTINGS)
     lines = sorted(tuple(each.parameters) for each in reflectors if each.kind is ReflectorKind.LINE)
     (point,) = [each.parameters for each in reflectors if each.kind is ReflectorKind.POINT]
@@ -84,5 +84,5 @@ def test_echoes_come_from_where_the_reflector_touches_their_arcs() -> None:
     assert points == pytest.approx(np.tile(POINT, (12, 1)))
 
 
-def test_nothing_reflects_nothing() -> None:
+def test_without_arcs_there_is_no_reflector() -> None:
     assert find_reflectors(arcs.nothing(), SETTINGS) == []

@@ -52,7 +52,7 @@ def test_the_point_is_the_mean_of_what_agrees() -> None:
     assert point == pytest.approx([3.0, 1.005], abs=2e-3)
 
 
-def test_nothing_is_triangulated_with_nothing() -> None:
+def test_without_arcs_no_point_is_triangulated() -> None:
     one = arcs.on_point(POINT, STATIONS)
     for newest, earlier in ((one, arcs.nothing()), (arcs.nothing(), one), (arcs.nothing(), arcs.nothing())):
         assert triangulate(newest, earlier, SETTINGS).points_xy.shape == (0, 2)

@@ -31,7 +31,7 @@ def test_a_line_beside_the_beam_gets_no_vote() -> None:
     assert line_ballot(Loci.joined([straight, past]), SETTINGS).voters(cell).tolist() == [0, 1, 2, 3]
 
 
-def test_few_sweeps_cannot_elect_anything() -> None:
+def test_cells_with_echoes_of_too_few_sweeps_do_not_lead() -> None:
     loci = arcs.on_wall(WALL, STATIONS[:2], turns=np.linspace(-0.3, 0.3, 20).tolist())
     for ballot in (line_ballot(loci, SETTINGS), point_ballot(loci, SETTINGS)):
         assert ballot.leader()[1] == -np.inf

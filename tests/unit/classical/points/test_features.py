@@ -137,7 +137,7 @@ def test_a_room_far_from_the_origin_and_a_point_far_from_the_room_cost_nothing()
     assert len(features.cylinders) == 1
 
 
-def test_nothing_shows_nothing() -> None:
+def test_without_weighted_points_there_are_no_features() -> None:
     assert found(np.zeros((0, 2))) == PointFeatures()
     assert features_of_points(np.ones((3, 2)), np.zeros(3)) == PointFeatures()
 

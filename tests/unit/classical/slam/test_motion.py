@@ -37,11 +37,11 @@ def test_errors_along_the_way_are_along_the_way() -> None:
     assert aside[:2, :2] == pytest.approx(np.diag([0.0, 0.1**2 * 0.25]))
 
 
-def test_half_the_way_twice_is_as_unsure_as_the_whole_way() -> None:
+def test_two_half_motions_have_the_covariance_of_the_whole_motion() -> None:
     settings = MotionSettings()
     whole, half = (settings.covariance(np.array([way, 0.0, 0.4 * way])) for way in (1.0, 0.5))
     np.testing.assert_allclose(whole, 2 * half)
 
 
-def test_who_stands_still_learns_no_error() -> None:
+def test_a_robot_that_stands_still_has_no_odometry_error() -> None:
     assert not MotionSettings().covariance(np.zeros(3)).any()

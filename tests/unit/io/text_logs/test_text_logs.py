@@ -443,7 +443,9 @@ class TestDriving:
         with pytest.raises(InputError, match=r"by the wheels they grow clockwise; correct --heading"):
             read(self.drive(), columns=self.COLUMNS, tick=0.005, heading=Heading.COUNTER_CLOCKWISE)
 
-    def test_running_counts_are_told_from_counts_since_the_row_before(self, read: Callable[..., TextLog]) -> None:
+    def test_running_counts_are_distinguished_from_counts_since_the_row_before(
+        self, read: Callable[..., TextLog]
+    ) -> None:
         counts = np.cumsum([[int(word) for word in line.split(",")[:2]] for line in self.drive()], axis=0)
         running = [
             ",".join([str(left), str(right), *line.split(",")[2:]])

@@ -162,12 +162,12 @@ def test_a_vertex_returns_sound_only_if_both_walls_reach_it_and_from_within() ->
     assert double_echoes(measurements, first, second, ((0.6, 2.0), (-2.0, -0.6))).max() == NO_ECHO
 
 
-@pytest.mark.parametrize(("begin", "is_heard"), [(-0.3, True), (0.3, False)])
-def test_a_vertex_returns_sound_if_a_wall_extends_before_the_other_one(begin: float, *, is_heard: bool) -> None:
+@pytest.mark.parametrize(("begin", "is_detected"), [(-0.3, True), (0.3, False)])
+def test_a_vertex_returns_sound_if_a_wall_extends_before_the_other_one(begin: float, *, is_detected: bool) -> None:
     # The line continues far behind the second wall; before it, it has 1 m, or no more than the extrapolation of a wall.
     measurements, (first, second) = one_ping((0.0, 0.0), 0.0), corner(92.0, 1.0)
     log_densities = double_echoes(measurements, first, second, ((begin, 5.0), (-0.8, 2.0)))
-    assert (log_densities.max() > NO_ECHO) == is_heard
+    assert (log_densities.max() > NO_ECHO) == is_detected
 
 
 def test_double_echoes_have_the_range_walk_of_their_signal_excess() -> None:

@@ -82,7 +82,7 @@ def test_a_crossing_in_the_middle_of_a_segment_is_no_vertex() -> None:
         (-2.1, SILENT, 0),
         (-2.1, corner_echoes(pings=99, gain=99.0), 0),
     ],
-    ids=["missed, but near", "missed", "hardly missed", "hidden", "too far", "heard, but too far"],
+    ids=["missed, but near", "missed", "hardly missed", "hidden", "too far", "detected, but too far"],
 )
 def test_segments_are_extended_to_a_right_angled_corner_unless_it_was_missed(
     high: float, echoes: Echoes, count: int

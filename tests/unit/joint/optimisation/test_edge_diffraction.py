@@ -39,7 +39,7 @@ def test_two_sides_of_a_box_end_where_they_meet() -> None:
         ([WEST, SOUTH], [[1.6, 1.8], [-1.7, -1.1]]),
         ([WEST, wall(0.2, 1.0)], [[1.05, 1.8], [-1.7, -1.1]]),
     ],
-    ids=["a corner of a room", "heard past it", "not heard up to it", "hardly turned"],
+    ids=["a corner of a room", "detected past it", "not detected up to it", "hardly turned"],
 )
 def test_other_pairs_of_walls_have_no_edge(rows: list[FloatArray], detected: list[list[float]]) -> None:
     assert edges_of(np.array(rows), np.array(detected))[:, :, 0].tolist() == [NONE, NONE]

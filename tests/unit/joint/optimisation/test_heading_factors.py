@@ -44,16 +44,16 @@ def at(heading: float) -> FloatArray:
     return np.column_stack([PLACES, np.full(len(PLACES), heading)])
 
 
-def detected(reflectors: FloatArray, *, believed_heading: float = 0.0) -> Measurements:
+def detected(reflectors: FloatArray, *, recorded_heading: float = 0.0) -> Measurements:
     """Return readings of two stations that face east, rounded to centimetres, from poses with another heading."""
     pings = pings_of(listening(PLACES, step=np.radians(2.0)), reflectors)
     rounded = pings._replace(readings=0.01 * np.round(pings.readings / 0.01))
-    return at_poses(rounded, at(0.0), at(believed_heading))
+    return at_poses(rounded, at(0.0), at(recorded_heading))
 
 
 @pytest.mark.parametrize("off", [-8.0, -3.0, 0.0, 5.0])
 def test_detections_of_a_wall_determine_the_heading(off: float) -> None:
-    mistaken = detected(EASTWARD, believed_heading=np.radians(off))
+    mistaken = detected(EASTWARD, recorded_heading=np.radians(off))
     found = heading_measurements_of(mistaken, SONAR.tabulated(), features(EASTWARD), at(np.radians(off))[:, 2])
     assert np.degrees(found.headings) == pytest.approx([0.0, 0.0], abs=1.0)
     assert np.sqrt(found.variances) == pytest.approx([BEAM_SIGMA] * 2, rel=0.1)
@@ -132,7 +132,7 @@ def pose_prior(poses: PosePrior, manhattan_prior: ManhattanPrior | None) -> Prio
 def test_walls_along_the_axes_determine_the_headings_of_waypoints(off: float) -> None:
     # The prior sigma of headings is eleven degrees.
     landmarks = at(np.radians(off))
-    pings, start = detected(ROOM, believed_heading=np.radians(off)), state(features(ROOM), landmarks)
+    pings, start = detected(ROOM, recorded_heading=np.radians(off)), state(features(ROOM), landmarks)
     priors = pose_prior(waypoint_prior(landmarks, PoseSettings()), AXES)
     found = optimise(pings, start, priors, OptimiserSettings())
     assert np.degrees(found.poses[:, 2]) == pytest.approx([0.0, 0.0], abs=1.5)

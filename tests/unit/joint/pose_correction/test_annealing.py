@@ -29,11 +29,11 @@ def square() -> Estimate:
     return estimate_map(initial_estimate(source.rig, detected, poses, JointSettings(poses=PoseMode.TRUST)))
 
 
-@pytest.mark.parametrize(("heard_from", "along_axes"), [(1, True), (2, True), (3, False), (5, False)])
+@pytest.mark.parametrize(("detected_by", "along_axes"), [(1, True), (2, True), (3, False), (5, False)])
 def test_walls_of_many_stations_are_not_aligned_with_the_axes(
-    square: Estimate, heard_from: int, *, along_axes: bool
+    square: Estimate, detected_by: int, *, along_axes: bool
 ) -> None:
-    estimate, llr_by_station = square, np.where(np.arange(len(square.measured_poses)) < heard_from, 50.0, 0.0)
+    estimate, llr_by_station = square, np.where(np.arange(len(square.measured_poses)) < detected_by, 50.0, 0.0)
     estimate = replace(estimate, features=[replace(each, llr_by_station=llr_by_station) for each in square.features])
     estimate = impose_right_angles(estimate)
     assert estimate.manhattan_prior is not None
