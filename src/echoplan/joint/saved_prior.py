@@ -1,7 +1,7 @@
 """The marginal prior as plain arrays, as a file of a map holds it, so that another recording can go on from it."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from echoplan.errors import InvalidValueError
 from echoplan.joint.landmarks import PARAMETERS
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.ping_scores import NO_PING_SCORES
-from echoplan.joint.likelihood.track_history import NO_HISTORY, LineEvidence, TrackHistory
+from echoplan.joint.likelihood.track_history import LineEvidence, TrackHistory
 from echoplan.joint.map_extraction.endpoint_views import OFFSETS
 from echoplan.joint.marginal_prior import MarginalPrior
 from echoplan.joint.optimisation.factors import InformationPrior
@@ -20,10 +20,9 @@ from echoplan.model import ClassProbabilities
 
 __all__ = ["arrays_of", "prior_of_arrays"]
 
-# Columns of ``histories``, numbers of a track history.
+# Columns of ``histories``, numbers of a track history, and their types.
 _NUMBERS = ("number", "llr", "best_llr", "supporting", "missing", "hidden", "passed", "pings", "certainty")
-# Those that count something.
-_COUNTS = frozenset(("number", "supporting", "missing", "hidden", "passed", "pings"))
+_MAKE = (int, float, float, int, int, int, int, int, float)
 _CLASSES = ("wall", "corner", "cylinder")
 _ECHO = ("pings", "stations", "detections", "gain")
 
@@ -33,16 +32,28 @@ def arrays_of(prior: MarginalPrior) -> dict[str, FloatArray]:
 
     docs/formats.md describes the arrays.  Sonar, servo and poses are left out: they are those of one recording.
     """
-    landmarks, histories = prior.features, [each.history for each in prior.features]
+    landmarks, driven = prior.features, np.isfinite(prior.path_xy).all(axis=1)
     information = prior.summary.marginalised_onto(np.arange(sum(len(each.parameters) for each in landmarks)))
-    lines, driven = [each.line for each in histories], np.isfinite(prior.path_xy).all(axis=1)
     return {
         "landmarks": np.array([each.reflector for each in landmarks]).reshape(-1, 4),
         "extents": np.array([each.extent for each in landmarks]).reshape(-1, 2),
-        "histories": _columns(histories, _NUMBERS),
-        "probabilities": _columns([each.probabilities for each in histories], _CLASSES),
+        **_arrays_of_histories([each.history for each in landmarks]),
         "information": information.information,
         "information_vector": information.vector,
+        "corner_pairs": np.array([*prior.echoes], dtype=np.float64).reshape(-1, 2),
+        "corner_echoes": _columns(list(prior.echoes.values()), _ECHO),
+        "noise_and_issued": np.array([prior.noise, prior.issued]),
+        # Rows of NaN separate recordings.
+        "path": prior.path_xy[driven],
+        "path_of": np.cumsum(~driven, dtype=np.float64)[driven],
+    }
+
+
+def _arrays_of_histories(histories: Sequence[TrackHistory]) -> dict[str, FloatArray]:
+    lines = [each.line for each in histories]
+    return {
+        "histories": _columns(histories, _NUMBERS),
+        "probabilities": _columns([each.probabilities for each in histories], _CLASSES),
         **_ragged("feet", [each.feet for each in histories]),
         **_ragged("crossings", [each.crossings for each in histories]),
         **_ragged("line_feet", [each.feet for each in lines]),
@@ -50,12 +61,6 @@ def arrays_of(prior: MarginalPrior) -> dict[str, FloatArray]:
         "line_log_ratios": np.concatenate(
             [np.zeros((0, 2, len(OFFSETS))), *(each.log_ratios for each in lines if len(each.feet))]
         ),
-        "corner_pairs": np.array([*prior.echoes], dtype=np.float64).reshape(-1, 2),
-        "corner_echoes": _columns(list(prior.echoes.values()), _ECHO),
-        "noise_and_issued": np.array([prior.noise, prior.issued]),
-        "path": prior.path_xy[driven],
-        # Rows of NaN separate recordings.
-        "path_of": np.cumsum(~driven, dtype=np.float64)[driven],
     }
 
 
@@ -69,45 +74,30 @@ def prior_of_arrays(arrays: Mapping[str, FloatArray]) -> MarginalPrior:
     """
     checked = _Checked(arrays)
     reflectors = checked("landmarks", None, 4)
-    count, kinds = len(reflectors), reflectors[:, 0].astype(np.int64)
+    kinds = reflectors[:, 0].astype(np.int64)
     if not np.isin(kinds, [int(kind) for kind in Kind]).all():
         raise InvalidValueError("landmarks has a class that is not known")
-    size, at = int(PARAMETERS[kinds].sum()), checked("line_feet_of", None)
-    lines = (checked("line_feet", len(at)), checked("line_centers", len(at), 2))
-    ratios = checked("line_log_ratios", len(at), 2, len(OFFSETS))
-    feet, crossings = (_parts(checked, name, count) for name in ("feet", "crossings"))
-    extents, numbers = checked("extents", count, 2), checked("histories", count, len(_NUMBERS))
-    probabilities = checked("probabilities", count, len(_CLASSES))
-    histories = [
-        TrackHistory(
-            **{name: _number(name, value) for name, value in zip(_NUMBERS, numbers[place], strict=True)},
-            extent=_pair(extents[place]) if kinds[place] == Kind.WALL else NO_HISTORY.extent,
-            feet=feet[place],
-            crossings=crossings[place],
-            line=LineEvidence(*(each[at == place] for each in (*lines, ratios))),
-            probabilities=ClassProbabilities(
-                **dict(zip(_CLASSES, map(float, probabilities[place]), strict=True)),
-            ),
-        )
-        for place in range(count)
-    ]
-    pairs = checked("corner_pairs", None, 2).astype(np.int64)
-    echoes = checked("corner_echoes", len(pairs), len(_ECHO))
+    size, extents = int(PARAMETERS[kinds].sum()), checked("extents", len(kinds), 2)
     noise, issued = checked("noise_and_issued", 2)
     return MarginalPrior(
         features=[
-            _landmark(reflector, extent=_pair(extent), history=history)
-            for reflector, extent, history in zip(reflectors, extents, histories, strict=True)
+            Hypothesis(
+                reflector=reflector,
+                ping_scores=NO_PING_SCORES,
+                llr_by_station=np.zeros(0),
+                llr=history.llr,
+                extent=(low, high),
+                # Points have no extent.
+                history=replace(history, extent=(low, high)) if reflector[0] == Kind.WALL else history,
+            )
+            for reflector, (low, high), history in zip(
+                reflectors, extents.tolist(), _histories(checked, len(kinds)), strict=True
+            )
         ],
         summary=InformationPrior(
             np.arange(size), checked("information", size, size), checked("information_vector", size)
         ),
-        echoes={
-            (int(one), int(other)): CornerEcho(
-                pings=int(echo[0]), stations=int(echo[1]), detections=float(echo[2]), gain=float(echo[3])
-            )
-            for (one, other), echo in zip(pairs, echoes, strict=True)
-        },
+        echoes=_corner_echoes(checked),
         noise=float(noise),
         issued=int(issued),
         path_xy=_path(checked),
@@ -125,6 +115,38 @@ class _Checked:
         if name not in self._arrays:
             raise InvalidValueError(f"{name} is missing")
         return checked_floats(self._arrays[name], name=name, shape=shape)
+
+
+def _histories(checked: _Checked, count: int) -> list[TrackHistory]:
+    """Return the track histories of ``count`` landmarks, without the extents of walls."""
+    of = checked("line_feet_of", None)
+    lines = (checked("line_feet", len(of)), checked("line_centers", len(of), 2))
+    ratios = checked("line_log_ratios", len(of), 2, len(OFFSETS))
+    columns = (
+        checked("histories", count, len(_NUMBERS)),
+        checked("probabilities", count, len(_CLASSES)).tolist(),
+        _parts(checked, "feet", count),
+        _parts(checked, "crossings", count),
+    )
+    return [
+        TrackHistory(
+            **dict(zip(_NUMBERS, (make(value) for make, value in zip(_MAKE, row, strict=True)), strict=True)),
+            feet=feet,
+            crossings=crossings,
+            line=LineEvidence(*(each[of == place] for each in (*lines, ratios))),
+            probabilities=ClassProbabilities(**dict(zip(_CLASSES, chances, strict=True))),
+        )
+        for place, (row, chances, feet, crossings) in enumerate(zip(*columns, strict=True))
+    ]
+
+
+def _corner_echoes(checked: _Checked) -> dict[tuple[int, int], CornerEcho]:
+    pairs = checked("corner_pairs", None, 2).astype(np.int64).tolist()
+    rows = checked("corner_echoes", len(pairs), len(_ECHO)).tolist()
+    return {
+        (one, other): CornerEcho(pings=int(pings), stations=int(stations), detections=detections, gain=gain)
+        for (one, other), (pings, stations, detections, gain) in zip(pairs, rows, strict=True)
+    }
 
 
 def _columns(values: Sequence[object], names: Sequence[str]) -> FloatArray:
@@ -151,22 +173,3 @@ def _path(checked: _Checked) -> FloatArray:
     path_xy = checked("path", None, 2)
     of = checked("path_of", len(path_xy))
     return np.insert(path_xy, np.flatnonzero(np.diff(of)) + 1, np.nan, axis=0)
-
-
-def _pair(both: FloatArray) -> tuple[float, float]:
-    return float(both[0]), float(both[1])
-
-
-def _number(name: str, value: float) -> Any:
-    return int(value) if name in _COUNTS else float(value)
-
-
-def _landmark(reflector: FloatArray, *, extent: tuple[float, float], history: TrackHistory) -> Hypothesis:
-    return Hypothesis(
-        reflector=reflector,
-        ping_scores=NO_PING_SCORES,
-        llr_by_station=np.zeros(0),
-        llr=history.llr,
-        extent=extent,
-        history=history,
-    )

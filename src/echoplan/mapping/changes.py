@@ -91,9 +91,10 @@ def find_changes(
     views_before, views_after = _trimmed(earlier), _trimmed(later)
     return Changes(
         recording=recording,
-        gone_walls=_pieces(before, after, views_after),
+        # The estimator removed what is gone, because two stations or more missed it.
+        gone_walls=_pieces(before, after, views_after, crossings=1),
         gone_cylinders=_cylinders(before, after, views_after),
-        new_walls=_pieces(after, before, views_before),
+        new_walls=_pieces(after, before, views_before, crossings=2),
         new_cylinders=_cylinders(after, before, views_before),
     )
 
@@ -107,13 +108,16 @@ def _trimmed(views: FloatArray) -> shapely.STRtree:
     return shapely.STRtree(shapely.linestrings(lines))
 
 
-def _pieces(there: FeatureMap, other: FeatureMap, views: shapely.STRtree) -> tuple[FloatArray, ...]:
-    """Return the pieces of walls that only one map has although views of the other one cross them, (2, 2) [m] each."""
+def _pieces(there: FeatureMap, other: FeatureMap, views: shapely.STRtree, *, crossings: int) -> tuple[FloatArray, ...]:
+    """Return the pieces of walls that only one map has although views of the other cross them, shape (2, 2) [m] each.
+
+    So many ``crossings`` are required: a single view may be an error.
+    """
     known = shapely.union_all(shapely.buffer(_lines(other.walls), _SAME))
     pieces = shapely.get_parts(shapely.difference(_lines(there.walls), known))
     pieces = pieces[shapely.length(pieces) >= _SHORTEST]
-    crossed = np.unique(views.query(pieces, predicate="intersects")[0])
-    return tuple(shapely.get_coordinates(pieces[crossed]).reshape(-1, 2, 2))
+    counts = np.bincount(views.query(pieces, predicate="intersects")[0], minlength=len(pieces))
+    return tuple(shapely.get_coordinates(pieces[counts >= crossings]).reshape(-1, 2, 2))
 
 
 def _cylinders(there: FeatureMap, other: FeatureMap, views: shapely.STRtree) -> tuple[Cylinder, ...]:

@@ -71,15 +71,20 @@ def results_folder(folder: Path, result: "MapResult", *, exports: Iterable[Expor
         write_text(draft / "report.html", report_html(Report(title=result.title, plan=plan, sections=sections)))
         write_trajectory(draft / "trajectory.tum", result.stamps_ns, plan.feature_map.poses)
         write_run(draft / "run.toml", result.run, result.settings)
-        if result.grid is not None:
-            write_grid(draft / "map.yaml", result.grid)
-        if result.known is not None:
-            write_prior(draft / PRIOR, result.known.prior, origin_xy=result.known.origin_xy)
+        _write_other_forms(draft, result)
         failure = _export(draft, result.exportable, exports=exports)
         yield draft
     # A map may have taken hours: it is kept if it cannot be written in one more format.
     if failure:
         raise failure
+
+
+def _write_other_forms(folder: Path, result: "MapResult") -> None:
+    """Write the grid of a method that maps on one, and what a map can go on from."""
+    if result.grid is not None:
+        write_grid(folder / "map.yaml", result.grid)
+    if result.known is not None:
+        write_prior(folder / PRIOR, result.known.prior, origin_xy=result.known.origin_xy)
 
 
 def _export(folder: Path, content: Exportable, *, exports: Iterable[ExportFormat]) -> EchoplanError | None:

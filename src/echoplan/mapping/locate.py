@@ -186,7 +186,9 @@ def locate_source(
     """
     opened = as_source(source)
     name = name or opened.name
-    known = feature_map if isinstance(feature_map, FeatureMap) else read_map(feature_map)
+    known, map_name = (
+        (feature_map, None) if isinstance(feature_map, FeatureMap) else (read_map(feature_map), fspath(feature_map))
+    )
     first = None if start is None else checked_floats(start, name="start", shape=(3,))
     recorded = tuple(progress.track(opened, total=len(opened), task="reading"))
     faults = find_faults(recorded, opened.rig)
@@ -213,9 +215,7 @@ def locate_source(
         pose_covariances=found.covariances,
     )
     return LocateResult(
-        run=Run(
-            source=name, method="joint", start=None if isinstance(feature_map, FeatureMap) else fspath(feature_map)
-        ),
+        run=Run(source=name, method="joint", start=map_name),
         feature_map=there,
         localisation=found,
         quality=quality,

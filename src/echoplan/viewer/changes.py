@@ -51,17 +51,19 @@ def _lists(changes: Changes) -> Iterator[str]:
         ("gone", changes.gone_walls, changes.gone_cylinders),
         ("new", changes.new_walls, changes.new_cylinders),
     ):
-        listed = [*map(_wall, walls), *map(_cylinder, cylinders)]
+        lengths = (decimal(float(np.hypot(*(ends_xy[1] - ends_xy[0]))), 2) for ends_xy in walls)
+        listed = [
+            *(
+                f"a wall of {length} m at {_place(ends.mean(axis=0))}"
+                for length, ends in zip(lengths, walls, strict=True)
+            ),
+            *(
+                f"a cylinder of {decimal(1000.0 * each.radius, 0)} mm radius at {_place(each.center_xy)}"
+                for each in cylinders
+            ),
+        ]
         if listed:
             yield f"{what}: {', '.join(listed)}"
-
-
-def _wall(ends_xy: FloatArray) -> str:
-    return f"a wall of {decimal(float(np.hypot(*(ends_xy[1] - ends_xy[0]))), 2)} m at {_place(ends_xy.mean(axis=0))}"
-
-
-def _cylinder(cylinder: Cylinder) -> str:
-    return f"a cylinder of {decimal(1000.0 * cylinder.radius, 0)} mm radius at {_place(cylinder.center_xy)}"
 
 
 def _place(point_xy: FloatArray) -> str:

@@ -8,8 +8,8 @@ from echoplan.geometry import lines_through
 from echoplan.mapping.changes import contradicts, find_changes, later_views
 from echoplan.model import Changes, Cylinder, FeatureMap, Wall
 
-# A view from the station in the west to the wall in the east, and what stands in it.
-VIEW = np.array([[[0.0, 0.0], [4.0, 0.0]]])
+# Views from stations in the west to the wall in the east, of an earlier and a later recording; what stands in them.
+VIEW = np.array([[[0.0, 0.0], [4.0, 0.0]], [[0.0, 0.2], [4.0, 0.2]]])
 LATER = np.array([[[0.0, 0.1], [4.0, 0.1]]])
 EAST = [[4.0, -1.0], [4.0, 1.0]]
 BOX = [[2.0, -0.5], [2.0, 0.5]]
@@ -47,6 +47,10 @@ def test_a_wall_through_which_it_measured_before_is_new() -> None:
     found = changes(room(EAST), room(EAST, BOX))
     assert np.array_equal(found.new_walls, [BOX])
     assert not found.gone_walls
+
+
+def test_a_single_view_through_a_wall_does_not_make_it_new() -> None:
+    assert not changes(room(EAST), room(EAST, BOX), earlier=VIEW[:1])
 
 
 def test_a_wall_that_nobody_looked_for_is_neither() -> None:

@@ -7,13 +7,31 @@ from importlib.resources import files
 import numpy as np
 import pytest
 
-from echoplan.model import FeatureMap, Quality, Verdict
+from echoplan.model import Changes, Cylinder, FeatureMap, Quality, Verdict
 from echoplan.viewer.plan import Plan
 from echoplan.viewer.svg import plan_element, plan_svg
 from helpers.drawings import SVG, full_plan, gapped_map, marked, stroke, strokes, the, titles, view_box
 from helpers.maps import corner, drawn, wall
 
-LAYERS = ["grid", "echoes", "detections", "walls", "gaps", "truth", "cylinders", "corners", "stations", "legend"]
+LAYERS = [
+    "grid",
+    "echoes",
+    "detections",
+    "walls",
+    "gaps",
+    "changes",
+    "truth",
+    "cylinders",
+    "corners",
+    "stations",
+    "legend",
+]
+CHANGES = Changes(
+    recording="tuesday",
+    gone_walls=(np.array([[1.0, 1.0], [2.0, 1.0]]),),
+    new_walls=(np.array([[1.0, 2.0], [2.0, 2.0]]),),
+    new_cylinders=(Cylinder(center_xy=np.array([1.5, 1.5]), radius=0.1, covariance=1e-6 * np.eye(3)),),
+)
 NOTHING = Plan(feature_map=FeatureMap(method="none"))
 
 
@@ -44,7 +62,7 @@ def test_layers_lie_over_each_other_from_the_grid_to_the_legend(drawing: ET.Elem
 def test_a_layer_without_marks_is_still_there() -> None:
     bare = plan_element(NOTHING)
     assert [each.get("class") for each in bare if each.tag == "g"] == LAYERS
-    for name in ("walls", "gaps", "truth", "cylinders", "corners"):
+    for name in ("walls", "gaps", "changes", "truth", "cylinders", "corners"):
         assert len(layer(bare, name)) == 0
 
 
@@ -230,11 +248,19 @@ def test_a_file_ends_its_last_line() -> None:
 
 
 def test_the_style_has_rules_only_for_what_is_drawn(document: ET.Element) -> None:
-    gaps = plan_element(Plan(feature_map=gapped_map()))
+    gaps = plan_element(Plan(feature_map=replace(gapped_map(), changes=(CHANGES,))))
     failed = plan_element(Plan(feature_map=replace(gapped_map(), quality=Quality(verdict=Verdict.FAILED))))
     used = {name for each in (*document.iter(), *gaps.iter(), *failed.iter()) for name in each.get("class", "").split()}
     rules = re.sub(r"/\*.*?\*/|{.*?}", " ", document[1].text or "", flags=re.DOTALL)
     assert set(re.findall(r"\.([a-z]+)", rules)) <= used
+
+
+def test_what_is_gone_and_what_is_new_are_drawn_with_their_names() -> None:
+    gone, new = layer(plan_element(Plan(feature_map=FeatureMap(method="joint", changes=(CHANGES,)))), "changes")
+    assert [each.get("class") for each in (gone, new)] == ["gone", "new"]
+    assert list(titles(gone)) == ["gone"]
+    # A wall and the circle of a cylinder.
+    assert ((gone.get("d") or "").count("M"), (new.get("d") or "").count("M")) == (1, 2)
 
 
 def test_titles_keep_their_lines(document: ET.Element) -> None:
