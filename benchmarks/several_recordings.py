@@ -1,0 +1,215 @@
+"""Several recordings of one place: python benchmarks/several_recordings.py [FLATS] [--first SEED] [--workers N].
+
+1. Cuts a drive through a random flat in two, whose frames are 0.3 m and 20 degrees apart and which share four stations,
+   maps both together, and compares the walls with the map of the whole drive and with the truth.
+2. Maps a flat on three days, each time on another route, of which the third finds a cupboard moved, and lists what is
+   reported as gone and as new.  A day counts as exact if nothing else than the cupboard is reported, at its former
+   place as gone and at its present place as new; parts of it that the robot did not look at again may be missing.
+
+Prints both, and the seeds in which something went wrong.  Seeds 0 to 9 and 1000 to 1005 were used for development.
+"""
+
+import argparse
+import os
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+from shapely import LineString, Polygon
+
+from echoplan.arrays import FloatArray
+from echoplan.cli.terminal import show, tracked
+from echoplan.errors import InputError
+from echoplan.evaluation import Evaluation, evaluate
+from echoplan.mapping.recordings import Recordings, map_recordings
+from echoplan.methods import find_method
+from echoplan.model import Changes, FeatureMap, Recording, Rig, Sweep, Table, Truth
+from library.days import flat_on_days, in_frame_of_odometry
+from library.flats import random_flat
+
+FLATS, FIRST = 20, 3000
+# Stations that both halves of a drive have.
+SHARED = 4
+# Distance from the outline of the cupboard within which a change is of the cupboard [m].
+AT_CUPBOARD = 0.1
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Halves:
+    """A drive in one recording and in two; ``refused`` says why two could not be mapped."""
+
+    seed: int
+    whole: Evaluation
+    both: Evaluation | None = None
+    between: Evaluation | None = None
+    refused: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Days:
+    """What was reported on the second and on the third day."""
+
+    seed: int
+    cupboard: tuple[FloatArray, FloatArray]
+    changes: tuple[Changes, ...] = ()
+    refused: str = ""
+
+    @property
+    def is_quiet(self) -> bool:
+        """Whether nothing was reported on the second day."""
+        return bool(self.changes) and not self.changes[0]
+
+    @property
+    def strays(self) -> int:
+        """Number of things that were reported on the third day and are not of the cupboard."""
+        gone, new = self._walls
+        others = len(self.changes[1].gone_cylinders) + len(self.changes[1].new_cylinders)
+        return (
+            others
+            + sum(not _is_of(ends, self.cupboard[0]) for ends in gone)
+            + sum(not _is_of(ends, self.cupboard[1]) for ends in new)
+        )
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether the third day reports the cupboard as gone and as new, and nothing else."""
+        return len(self.changes) > 1 and all(self._walls) and not self.strays
+
+    @property
+    def _walls(self) -> tuple[tuple[FloatArray, ...], tuple[FloatArray, ...]]:
+        return self.changes[1].gone_walls, self.changes[1].new_walls
+
+
+def main() -> None:
+    """Map everything and print the tables."""
+    parser = argparse.ArgumentParser(description="Several recordings of one place.")
+    parser.add_argument("flats", nargs="?", type=int, default=FLATS, metavar="FLATS")
+    parser.add_argument("--first", type=int, default=FIRST, help="seed of the first flat")
+    parser.add_argument("--workers", type=int, default=os.cpu_count())
+    arguments = parser.parse_args()
+    seeds = range(arguments.first, arguments.first + arguments.flats)
+    with ProcessPoolExecutor(arguments.workers) as pool:
+        halves = list(tracked(pool.map(in_halves, seeds), total=len(seeds), task="drives in two recordings"))
+        show(halves_table(halves))
+        days = list(tracked(pool.map(on_days, seeds), total=len(seeds), task="three days"))
+    show(days_table(days))
+    show(failures(halves, days))
+
+
+def in_halves(seed: int) -> Halves:
+    """Map a drive as a whole, and in two recordings."""
+    simulation = random_flat(seed)
+    sweeps, truth = tuple(simulation), replace(simulation.truth, poses=np.zeros((0, 3)), given=np.zeros((0, 3)))
+    half = len(sweeps) // 2
+    second = in_frame_of_odometry(sweeps[half - SHARED :], day=1)
+    whole = mapped([sweeps], simulation.rig)
+    evaluated = evaluate(whole, truth)
+    try:
+        both = mapped([sweeps[:half], second], simulation.rig)
+    except InputError as error:
+        return Halves(seed=seed, whole=evaluated, refused=str(error))
+    return Halves(seed=seed, whole=evaluated, both=evaluate(both, truth), between=evaluate(both, as_truth(whole)))
+
+
+def on_days(seed: int) -> Days:
+    """Map a flat on three days."""
+    simulations, cupboard = flat_on_days(seed)
+    days = [in_frame_of_odometry(tuple(each), day=day) for day, each in enumerate(simulations)]
+    try:
+        found = mapped(days, simulations[0].rig)
+    except InputError as error:
+        return Days(seed=seed, cupboard=cupboard, refused=str(error))
+    return Days(seed=seed, cupboard=cupboard, changes=found.changes)
+
+
+def mapped(recordings: Sequence[Sequence[Sweep]], rig: Rig) -> FeatureMap:
+    """Map recordings together, as ``echoplan map`` does."""
+    sources = tuple(
+        Recording(name=f"recording {number}", rig=rig, sweeps=tuple(sweeps)) for number, sweeps in enumerate(recordings)
+    )
+    read = Recordings(
+        names=tuple(each.name for each in sources), sources=sources, sweeps=tuple(tuple(each) for each in sources)
+    )
+    found, _ = map_recordings(find_method("joint").build(rig), read)
+    return found
+
+
+def as_truth(feature_map: FeatureMap) -> Truth:
+    """Take the walls of a map for the truth."""
+    walls_xy = np.array([wall.endpoints_xy for wall in feature_map.walls]).reshape(-1, 2, 2)
+    return Truth(walls_xy=walls_xy, walls_detected_by=np.full(len(walls_xy), 99))
+
+
+def _is_of(ends_xy: FloatArray, cupboard: FloatArray) -> bool:
+    return bool(Polygon(cupboard).exterior.distance(LineString(ends_xy).centroid) < AT_CUPBOARD)
+
+
+def distances(evaluations: Sequence[Evaluation]) -> FloatArray:
+    """Return the distances of all walls that were found right [m]."""
+    return np.array([each.distance for evaluation in evaluations for each in evaluation.matches.walls.right])
+
+
+def halves_table(halves: Sequence[Halves]) -> Table:
+    """Compare drives in two recordings with the same drives in one."""
+    done = [each for each in halves if each.both and each.between]
+    groups = {
+        "one recording, truth": [each.whole for each in done],
+        "two recordings, truth": [each.both for each in done if each.both],
+        "two recordings, one recording": [each.between for each in done if each.between],
+    }
+    rows = [row(name, evaluations) for name, evaluations in groups.items()]
+    return Table(
+        title=f"{len(done)} of {len(halves)} drives in two recordings whose frames are 0.3 m and 20° apart",
+        columns=(
+            "maps compared",
+            "walls found (%)",
+            "walls right (%)",
+            "mean (mm)",
+            "95th percentile (mm)",
+            "greatest (mm)",
+        ),
+        rows=tuple(rows),
+    )
+
+
+def row(name: str, evaluations: Sequence[Evaluation]) -> tuple[str, ...]:
+    """Return recall, precision and errors of walls."""
+    tallies = [each.matches.walls.tally for each in evaluations]
+    found, wanted = (sum(getattr(each, key) for each in tallies) for key in ("found", "wanted"))
+    right, estimates = (sum(getattr(each, key) for each in tallies) for key in ("right", "estimates"))
+    off = 1000.0 * distances(evaluations) if evaluations else np.array([np.nan])
+    shares = (f"{100.0 * part / max(whole, 1):.1f}" for part, whole in ((found, wanted), (right, estimates)))
+    return name, *shares, f"{off.mean():.2f}", f"{np.quantile(off, 0.95):.2f}", f"{off.max():.1f}"
+
+
+def days_table(days: Sequence[Days]) -> Table:
+    """Count what was reported."""
+    done = [each for each in days if not each.refused]
+    counts = {
+        "second day: nothing reported": sum(each.is_quiet for each in done),
+        "third day: the cupboard as gone and as new, nothing else": sum(each.is_exact for each in done),
+        "third day: something else than the cupboard": sum(each.strays > 0 for each in done),
+        "third day: the cupboard not as gone": sum(not each.changes[1].gone_walls for each in done),
+        "third day: the cupboard not as new": sum(not each.changes[1].new_walls for each in done),
+        "a day refused": len(days) - len(done),
+    }
+    return Table(
+        title=f"A flat on three days, {len(days)} flats",
+        columns=("report", "flats"),
+        rows=tuple((name, str(count)) for name, count in counts.items()),
+    )
+
+
+def failures(halves: Sequence[Halves], days: Sequence[Days]) -> Table:
+    """List the seeds in which something went wrong, and why."""
+    refused = [(f"two recordings, {each.seed}", each.refused) for each in halves if each.refused]
+    refused += [(f"three days, {each.seed}", each.refused) for each in days if each.refused]
+    mapped_days = [each for each in days if not each.refused]
+    loud = [(f"second day, {each.seed}", "something reported") for each in mapped_days if not each.is_quiet]
+    inexact = [(f"third day, {each.seed}", "not exact") for each in mapped_days if not each.is_exact]
+    return Table(title="What went wrong", columns=("where", "what"), rows=(*refused, *loud, *inexact))
+
+
+if __name__ == "__main__":
+    main()
