@@ -22,6 +22,7 @@ from echoplan.io import (
 )
 from echoplan.io.files import readable
 from echoplan.io.ros import BagOptions, BagSummary, is_bag, read_bag, summarise_bag
+from echoplan.io.ros.wire import Middleware
 from echoplan.model import Conventions, Recording, Rig, Route, Source, Truth, World
 from echoplan.simulation import Simulation, SimulationSettings
 
@@ -87,7 +88,7 @@ def open_source(
     5
     """
     text = fspath(text)
-    scheme = re.match(r"[a-z]{2,}:", text)
+    scheme = re.match(r"[a-z][a-z0-9+]+:", text)
     opener = _OPENERS.get(scheme[0]) if scheme else None
     if opener is None and is_bag(Path(text)):
         return read_bag(text, bag)
@@ -251,7 +252,7 @@ def notes_of(source: Source) -> tuple[str, ...]:
 
 def summary_of_bag(text: str, options: BagOptions | None) -> BagSummary | None:
     """Look into a source that is a bag, even where it does not suffice for a map; None for any other source."""
-    is_other = re.match(r"[a-z]{2,}:", text) or not is_bag(Path(text))
+    is_other = re.match(r"[a-z][a-z0-9+]+:", text) or not is_bag(Path(text))
     return None if is_other else summarise_bag(text, options)
 
 
@@ -298,6 +299,11 @@ def _open_device(text: str, _: SimulationSettings | None) -> Source:
             name = rig_name(name, device)
     rig = find_rig(name)
     return DeviceSource(name=address, rig=rig, count=int(count), conventions=device_conventions(name))
+
+
+def _refuse_ros2(text: str, _: SimulationSettings | None) -> Source:
+    remedy = f"map it while it runs: echoplan live {text}; or record a bag: ros2 bag record"
+    raise InputError(text, "a running ROS 2 is no recording", remedy=remedy)
 
 
 def _split_options(text: str, *, known: tuple[str, ...]) -> tuple[str, dict[str, str]]:
@@ -367,4 +373,5 @@ _OPENERS: Mapping[str, Callable[[str, SimulationSettings | None], Source]] = {
     "sim:": _open_simulation,
     "serial:": _open_device,
     "tcp:": _open_device,
+    **{f"{scheme}:": _refuse_ros2 for scheme in Middleware},
 }
