@@ -14,6 +14,7 @@ from echoplan.io.ros.wire import (
     Advance,
     Incoming,
     MapPublisher,
+    Transport,
     Window,
     WireAddress,
     advance,
@@ -41,6 +42,8 @@ class Ros2Feed:
         Which topics and fields to read; by default they are found by their types.
     report : callable, optional
         Is given a line about what is missing, while it waits for the first messages.
+    connect : callable, optional
+        What joins the network.
 
     Raises
     ------
@@ -58,10 +61,11 @@ class Ros2Feed:
         *,
         options: BagOptions | None = None,
         report: Callable[[str], None] = lambda line: None,  # noqa: ARG005 - nobody listens
+        connect: Callable[[WireAddress], Transport] = open_transport,
     ) -> None:
         self.name = address.text
         self._address = address
-        self._transport = open_transport(address)
+        self._transport = connect(address)
         try:
             self._incoming = Incoming(self._transport, options or BagOptions())
             start = wait_for_sweeps(self._incoming, address, report=report)
@@ -74,7 +78,9 @@ class Ros2Feed:
         self._odom_from_base: dict[int, FloatArray] = {}
         self._map_from_odom = identity()
         self._closed = Flag()
-        self._publisher = MapPublisher(self._transport, world=start.advanced.world)
+        # Nobody else may place the frame of odometry.
+        world = "" if start.advanced.world_parent else start.advanced.world
+        self._publisher = MapPublisher(self._transport, world=world)
 
     @property
     def rig(self) -> Rig:
@@ -83,8 +89,13 @@ class Ros2Feed:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the user should know about how the first messages were read."""
-        return self._first.notes
+        """What the user should know about how the first messages were read, and what others publish, too."""
+        notes, world, parent = [*self._first.notes], self._first.world, self._first.world_parent
+        if parent:
+            notes.append(f"The transform from {parent} to {world} comes from another program; echoplan publishes none.")
+        if any(topic.name == "/map" for topic in self._listening.topics):
+            notes.append("Another program publishes /map, too: stop it, or subscribers get two maps.")
+        return tuple(notes)
 
     @property
     def controls(self) -> frozenset[Control]:

@@ -79,7 +79,7 @@ def is_address(text: str) -> bool:
     >>> is_address("ros2://"), is_address("run.mcap")
     (True, False)
     """
-    return text.partition(":")[0] in tuple(Middleware)
+    return any(text.startswith(f"{scheme}:") for scheme in Middleware)
 
 
 def parse_address(text: str, *, environment: Mapping[str, str] = os.environ) -> WireAddress:

@@ -85,7 +85,7 @@ class DdsTransport:
         return tuple(Topic(name=name, type=kind, count=count) for (name, kind), count in sorted(counts.items()))
 
     def subscribe(self, topic: Topic, receive: Receive) -> None:
-        """Receive the messages of a topic, as reliably as its publishers offer it."""
+        """Receive the messages of a topic that is there, as reliably as its publishers offer it."""
         from cyclonedds.core import Policy, ReadCondition, SampleState  # noqa: PLC0415 - an extra
         from cyclonedds.sub import DataReader  # noqa: PLC0415
 
@@ -95,7 +95,7 @@ class DdsTransport:
         quality = self._quality(
             topic.type,
             depth=_DEPTH,
-            is_reliable=all(isinstance(each.qos[Policy.Reliability], Policy.Reliability.Reliable) for each in offers),
+            is_reliable=all(each.qos[Policy.Reliability] != Policy.Reliability.BestEffort for each in offers),
             is_latched=all(each.qos[Policy.Durability] != Policy.Durability.Volatile for each in offers),
         )
         reader = DataReader(self._participant, self._topic(topic, is_opaque=not described), qos=quality)
@@ -110,6 +110,7 @@ class DdsTransport:
         topic = self._topic(Topic(name=name, type=kind, count=0), is_opaque=False)
         quality = self._quality(kind, depth=1 if is_latched else _BATCH, is_reliable=True, is_latched=is_latched)
         writer = DataWriter(self._participant, topic, qos=quality)
+        self._kept.append(writer)
         return lambda message: writer.write(topic.data_type(message))
 
     def close(self) -> None:
@@ -125,8 +126,8 @@ class DdsTransport:
                     self._offers[each.sample_info.instance_handle] = each
                 else:
                     self._offers.pop(each.sample_info.instance_handle, None)
-        own = self._participant.instance_handle
-        return [each for each in self._offers.values() if each.participant_instance_handle != own]
+        own = self._participant.guid
+        return [each for each in self._offers.values() if each.participant_key != own]
 
     def _topic(self, topic: Topic, *, is_opaque: bool) -> Any:
         from cyclonedds.topic import Topic as DdsTopic  # noqa: PLC0415 - an extra

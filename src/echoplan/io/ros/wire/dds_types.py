@@ -28,7 +28,7 @@ def wire_type(kind: str, store: "Typestore | None") -> Any:
         data: bytes = self.data
         return data
 
-    def deserialized(cls: Any, data: bytes, **_: object) -> Any:
+    def deserialized(cls: Any, data: bytes, /, **_: object) -> Any:
         """Hold the CDR that was received."""
         return cls(bytes(data))
 

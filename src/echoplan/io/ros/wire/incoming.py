@@ -48,6 +48,8 @@ class Incoming:
         self._waiting: SimpleQueue[tuple[Topic, int, bytes]] = SimpleQueue()
         self._subscribed: set[Topic] = set()
         self._stores: dict[Topic, Typestore] = {}
+        # Topics with readings.
+        self._ranging: set[str] = set()
 
     def listen(self) -> Listening:
         """Subscribe to the topics that are there now and are read.
@@ -61,6 +63,7 @@ class Incoming:
             if (topic.name, topic.type) not in known:
                 self._subscribed.add(topic)
                 self._transport.subscribe(topic, self._receive)
+        self._ranging = {topic.name for topic in choice.readings}
         return Listening(path=_PATH, options=self._options, topics=topics, choice=choice)
 
     def rows(self, timeout: float = _MOMENT) -> list[Row]:
@@ -76,11 +79,12 @@ class Incoming:
         if not topics:
             remedy = "start the robot, and check domain and network with: ros2 topic list"
             return InputError(address.text, f"no topics were found in domain {address.domain}", remedy=remedy)
+        silent = sorted(topic.name for topic in self._subscribed - self._stores.keys())
         problem = f"{error.place}: {error.problem}" if error.place else error.problem
+        if self._ranging and self._ranging.issubset(silent):
+            problem = f"no message yet on {first_names(silent)}"
         if (seen := named_topics(topics)) not in problem:
             problem += f"; seen: {seen}"
-        if silent := sorted(topic.name for topic in self._subscribed - self._stores.keys()):
-            problem += f"; no message yet on {first_names(silent)}"
         remedy = "publish what is missing, or name topics with --topic and --odom and mountings with --mount"
         return InputError(address.text, problem, remedy=remedy)
 
@@ -131,9 +135,7 @@ class Start:
     advanced: Advance
 
 
-def wait_for_sweeps(
-    incoming: Incoming, address: WireAddress, *, report: Callable[[str], None]
-) -> Start:
+def wait_for_sweeps(incoming: Incoming, address: WireAddress, *, report: Callable[[str], None]) -> Start:
     """Wait until ranges, mounting and poses of a robot are there.
 
     Parameters

@@ -99,6 +99,8 @@ class Advance:
         What the user should know about how the messages were read.
     base, world : str
         Frames of the robot and of its poses; the latter is empty if no message names it.
+    world_parent : str
+        Frame in which others place that of the poses; empty if nobody does.
     clock_offset_ns : int
         By how much the clock of the robot is ahead of this computer's [ns].
     """
@@ -110,6 +112,7 @@ class Advance:
     notes: tuple[str, ...]
     base: str
     world: str
+    world_parent: str
     clock_offset_ns: int
 
 
@@ -129,6 +132,7 @@ def advance(window: Window, rows: Iterable[Row], *, listening: Listening, is_sil
         is_whole=False,
     )
     recording, trajectory = recording_of(read), trajectory_of(read)
+    world = trajectory.world
     rig = _same_rig(window.rig, recording.rig, path=listening.path)
     fresh = [later for sweep in recording.sweeps if len(later := _after(sweep, window.finished_ns))]
     moving = [own for role in _MOVING for own in read.of_role(role).values() if len(own)]
@@ -150,7 +154,8 @@ def advance(window: Window, rows: Iterable[Row], *, listening: Listening, is_sil
         partial=rest[-1] if rest else None,
         notes=recording.notes,
         base=trajectory.base,
-        world=trajectory.world,
+        world=world,
+        world_parent=next((each.start for each in read.frames.steps if each.is_down and each.end == world), ""),
         clock_offset_ns=max(int((own.stamps_ns - own.log_ns)[-_RECENT:].max()) for own in moving),
     )
 

@@ -20,7 +20,7 @@ class Transport(Protocol):
         ...
 
     def subscribe(self, topic: Topic, receive: Receive) -> None:
-        """Receive the messages of a topic; those of latched topics that were published before, too."""
+        """Receive the messages of one of the topics; of a latched one also those that were published before."""
         ...
 
     def advertise(self, name: str, kind: str, *, is_latched: bool) -> Callable[[bytes], None]:
