@@ -22,7 +22,7 @@ from echoplan.io import (
 )
 from echoplan.io.files import readable
 from echoplan.io.ros import BagOptions, BagSummary, is_bag, read_bag, summarise_bag
-from echoplan.io.ros.wire import Middleware
+from echoplan.io.ros.wire import is_address
 from echoplan.model import Conventions, Recording, Rig, Route, Source, Truth, World
 from echoplan.simulation import Simulation, SimulationSettings
 
@@ -88,7 +88,10 @@ def open_source(
     5
     """
     text = fspath(text)
-    scheme = re.match(r"[a-z][a-z0-9+]+:", text)
+    if is_address(text):
+        remedy = f"map it while it runs: echoplan live {text}; or record a bag: ros2 bag record"
+        raise InputError(text, "a running ROS 2 is no recording", remedy=remedy)
+    scheme = re.match(r"[a-z]{2,}:", text)
     opener = _OPENERS.get(scheme[0]) if scheme else None
     if opener is None and is_bag(Path(text)):
         return read_bag(text, bag)
@@ -301,11 +304,6 @@ def _open_device(text: str, _: SimulationSettings | None) -> Source:
     return DeviceSource(name=address, rig=rig, count=int(count), conventions=device_conventions(name))
 
 
-def _refuse_ros2(text: str, _: SimulationSettings | None) -> Source:
-    remedy = f"map it while it runs: echoplan live {text}; or record a bag: ros2 bag record"
-    raise InputError(text, "a running ROS 2 is no recording", remedy=remedy)
-
-
 def _split_options(text: str, *, known: tuple[str, ...]) -> tuple[str, dict[str, str]]:
     """Split the options after a world or an address from it; other commas are those of a file's name."""
     name, *written = re.split(r",(?=\w+(?:[=,]|$))", text)
@@ -373,5 +371,4 @@ _OPENERS: Mapping[str, Callable[[str, SimulationSettings | None], Source]] = {
     "sim:": _open_simulation,
     "serial:": _open_device,
     "tcp:": _open_device,
-    **{f"{scheme}:": _refuse_ros2 for scheme in Middleware},
 }

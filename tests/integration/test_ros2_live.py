@@ -29,6 +29,7 @@ from echoplan.model import Sweep
 from echoplan.sources import open_source
 from helpers.bags import JAZZY, Robot, drive, write_mcap
 from helpers.robot import RECEIVED, fingerprint
+from helpers.typed import echoplan
 
 HELPER = Path(__file__).parents[1] / "helpers" / "robot.py"
 # Tests may run at the same time on one machine.
@@ -117,6 +118,30 @@ def assert_published(messages: dict[str, list[Any]], expected: MapResult) -> Non
     last = transforms[-1].transform
     np.testing.assert_allclose([last.translation.x, last.translation.y], [x, y], atol=1e-6)
     np.testing.assert_allclose(2 * np.arctan2(last.rotation.z, last.rotation.w), yaw, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("address", "problem"),
+    [
+        pytest.param(f"{DDS}&wait=0", f"no topics were found in domain {DOMAIN}; start the robot", marks=needs_dds),
+        pytest.param("ros2://none.invalid", "the host none.invalid was not found; check its name", marks=needs_dds),
+        pytest.param("ros2+zenoh://127.0.0.1:1", "no Zenoh answers at 127.0.0.1:1; start its", marks=needs_zenoh),
+        ("ros2://?domain=x", "domain: 'x' is not a whole number from 0 to 232; write for example domain=5"),
+    ],
+)
+def test_what_cannot_be_mapped_is_refused_in_one_line(address: str, problem: str) -> None:
+    done = echoplan("live", address)
+    assert (done.status, done.err.count("\n")) == (2, 1)
+    assert problem in done.err
+
+
+def test_without_the_extra_it_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    for package in ("cyclonedds", "zenoh"):
+        for name in [each for each in sys.modules if each.partition(".")[0] == package]:
+            monkeypatch.delitem(sys.modules, name)
+        monkeypatch.setitem(sys.modules, package, None)
+    assert "pip install cyclonedds (extra 'ros-live')" in echoplan("live", "ros2://").err
+    assert "pip install eclipse-zenoh (extra 'ros-live')" in echoplan("live", "ros2+zenoh://").err
 
 
 @needs_dds

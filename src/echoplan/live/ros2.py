@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from dataclasses import replace
 from threading import Event as Flag
 
@@ -15,7 +16,6 @@ from echoplan.io.ros.wire import (
     Incoming,
     MapPublisher,
     Transport,
-    Window,
     WireAddress,
     advance,
     open_transport,
@@ -28,7 +28,7 @@ from echoplan.model import Rig
 __all__ = ["Ros2Feed"]
 
 # After so long without a reading, the current sweep is over, and the viewers are told [s].
-_SILENCE = 2.0
+_SILENCE, _QUIET = 2.0, "No readings come."
 
 
 class Ros2Feed:
@@ -66,12 +66,11 @@ class Ros2Feed:
         self.name = address.text
         self._address = address
         self._transport = connect(address)
-        try:
+        with ExitStack() as undone:
+            undone.callback(self._transport.close)
             self._incoming = Incoming(self._transport, options or BagOptions())
             start = wait_for_sweeps(self._incoming, address, report=report)
-        except BaseException:
-            self._transport.close()
-            raise
+            undone.pop_all()
         self._listening, self._first = start.listening, start.advanced
         self._rig = replace(start.advanced.rig, name=f"sensors at {address.text}")
         # Where odometry had the robot in each sweep, by the time of its last ping [ns].
@@ -104,30 +103,26 @@ class Ros2Feed:
 
     def events(self) -> Iterator[Event]:
         """Yield sweeps as their messages come, until it is closed."""
-        advanced, window, heard = self._first, self._first.window, time.monotonic()
-        yield from self._taken(advanced)
-        is_quiet, is_stuck = False, False
+        yield from self._taken(self._first)
+        window, heard, problem = self._first.window, time.monotonic(), ""
         while not self._closed.is_set():
+            rows = self._incoming.rows()
+            is_new, now = Role.READING in {row.key.role for row in rows}, time.monotonic()
+            heard = max(heard, now * is_new)
+            is_quiet = now - heard > _SILENCE
+            before = problem
             try:
-                rows = self._incoming.rows()
-                is_new = any(row.key.role is Role.READING for row in rows)
-                heard = time.monotonic() if is_new else heard
-                was_quiet, is_quiet = is_quiet, time.monotonic() - heard > _SILENCE
-                if rows or (is_quiet and not was_quiet):
-                    advanced = advance(window, rows, listening=self._listening, is_silent=is_quiet)
-                    window = advanced.window
-                    yield from self._taken(advanced)
+                advanced = advance(window, rows, listening=self._listening, is_silent=is_quiet)
             except InputError as error:
-                # As after a jump of the clock: begin anew with what comes next.
-                is_stuck = True
-                window = _emptied(window)
-                yield Notice(text=str(self._incoming.explained(error, self._address)), is_problem=True)
-                continue
-            if is_quiet != was_quiet:
-                yield Notice(text="No readings come." if is_quiet else "", is_problem=is_quiet)
-            elif is_stuck and is_new:
-                is_stuck = False
-                yield Notice(text="Readings come again.")
+                # As after a jump of the clock: begin anew with the next messages.
+                window = window.emptied()
+                problem = str(self._incoming.explained(error, self._address))
+            else:
+                window = advanced.window
+                yield from self._taken(advanced)
+                problem = _QUIET if is_quiet else before * (not is_new)
+            if problem != before:
+                yield Notice(text=problem or "Readings come again.", is_problem=bool(problem))
 
     def place(self, map_from_base: FloatArray) -> None:
         """Do nothing: odometry knows where the robot is."""
@@ -160,9 +155,3 @@ class Ros2Feed:
             yield Complete(sweep=sweep)
         if advanced.partial is not None:
             yield Partial(sweep=advanced.partial)
-
-
-def _emptied(window: Window) -> Window:
-    """Forget all but the transforms that never change and the sensors."""
-    fixed = {key: own for key, own in window.series.items() if key.role is Role.FIXED_TRANSFORM}
-    return Window(series=fixed, rig=window.rig)

@@ -74,7 +74,7 @@ def frames_of(contents: Mapping[SeriesKey, Series], *, is_whole: bool = True) ->
         if not len(series):
             continue
         is_same = bool((series.values == series.values[0]).all()) or np.ptp(series.stamps_ns) == 0
-        is_fixed = key.role is Role.FIXED_TRANSFORM or (is_whole and bool(is_same))
+        is_fixed = key.role is Role.FIXED_TRANSFORM or bool(is_same & is_whole)
         for start, end in ((key.frame, key.child), (key.child, key.frame)):
             steps.append(Step(start=start, end=end, series=series, is_fixed=is_fixed, is_down=end == key.child))
     return Frames(steps=tuple(steps))

@@ -5,7 +5,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from urllib.parse import parse_qsl, urlsplit
+from urllib.parse import SplitResult, parse_qsl, urlsplit
 
 from echoplan.errors import InputError, UnknownNameError
 
@@ -109,33 +109,38 @@ def parse_address(text: str, *, environment: Mapping[str, str] = os.environ) -> 
     >>> parse_address("ros2+zenoh://robot.local?domain=5").domain
     5
     """
+    parts, options = _split(text)
+    middleware = Middleware(parts.scheme)
+    if middleware is Middleware.DDS and parts.port is not None:
+        remedy = f"leave out :{parts.port}, or write ros2+zenoh:// for a router of Zenoh"
+        raise InputError(text, "DDS computes its ports from the domain", remedy=remedy)
+    place = "domain" if "domain" in options else "ROS_DOMAIN_ID"
+    named = options.get("domain", environment.get("ROS_DOMAIN_ID", "") or "0")
+    nearby = "localhost" if middleware is Middleware.ZENOH else ""
+    return WireAddress(
+        text=text,
+        middleware=middleware,
+        host=parts.hostname or nearby,
+        port=parts.port or _ZENOH_PORT,
+        domain=int(_number(named, text=text, place=place, most=_LAST_DOMAIN)),
+        wait=_number(options.get("wait", "10"), text=text, place="wait", most=_LONGEST_WAIT),
+    )
+
+
+def _split(text: str) -> tuple[SplitResult, dict[str, str]]:
+    """Split an address into its parts, and its options by their names."""
     try:
         parts = urlsplit(text)
-        host, port = parts.hostname or "", parts.port
+        is_known = is_address(text) and text.startswith(f"{parts.scheme}://") and parts.port != 0
     except ValueError:
         raise InputError(text, "its host or port cannot be", remedy=_EXAMPLE) from None
-    if not is_address(text) or not text.startswith(f"{parts.scheme}://") or parts.path.strip("/") or parts.fragment:
+    if not is_known or parts.path.strip("/") or parts.fragment:
         raise InputError(text, "it is not the address of a ROS 2", remedy=_EXAMPLE)
-    middleware = Middleware(parts.scheme)
-    if middleware is Middleware.DDS and port is not None:
-        problem = "DDS computes its ports from the domain"
-        raise InputError(text, problem, remedy=f"leave out :{port}, or write ros2+zenoh:// for a router of Zenoh")
     options = dict(parse_qsl(parts.query, keep_blank_values=True))
     for option in options:
         if option not in _OPTIONS:
             raise UnknownNameError(f"option of {parts.scheme}://", option, known=_OPTIONS)
-    place = "domain" if "domain" in options else "ROS_DOMAIN_ID"
-    named = options.get("domain", environment.get("ROS_DOMAIN_ID", "") or "0")
-    domain = _number(named, text=text, place=place, most=_LAST_DOMAIN)
-    wait = _number(options.get("wait", "10"), text=text, place="wait", most=_LONGEST_WAIT)
-    return WireAddress(
-        text=text,
-        middleware=middleware,
-        host=host or ("localhost" if middleware is Middleware.ZENOH else ""),
-        port=port or _ZENOH_PORT,
-        domain=int(domain),
-        wait=wait,
-    )
+    return parts, options
 
 
 def _number(written: str, *, text: str, place: str, most: float) -> float:

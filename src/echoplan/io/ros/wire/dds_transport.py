@@ -1,6 +1,8 @@
 """ROS 2 over DDS, by Cyclone DDS: any of its DDS middlewares is understood."""
 
+import logging
 import os
+import socket
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from threading import Event, Lock, Thread
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = ["DdsTransport"]
 
+_LOGGER = logging.getLogger(__name__)
 # What the DDS middlewares of ROS 2 put before the names of topics.
 _PREFIX = "rt"
 # Messages of one topic that wait for the reader, and that are taken at once.
@@ -105,13 +108,22 @@ class DdsTransport:
 
     def advertise(self, name: str, kind: str, *, is_latched: bool) -> Callable[[bytes], None]:
         """Return what publishes messages of a topic, reliably."""
-        from cyclonedds.pub import DataWriter  # noqa: PLC0415 - an extra
+        from cyclonedds.core import DDSException  # noqa: PLC0415 - an extra
+        from cyclonedds.pub import DataWriter  # noqa: PLC0415
 
         topic = self._topic(Topic(name=name, type=kind, count=0), is_opaque=False)
         quality = self._quality(kind, depth=1 if is_latched else _BATCH, is_reliable=True, is_latched=is_latched)
         writer = DataWriter(self._participant, topic, qos=quality)
         self._kept.append(writer)
-        return lambda message: writer.write(topic.data_type(message))
+
+        def publish(message: bytes) -> None:
+            """Publish one message; one that a slow reader has no room for is left out."""
+            try:
+                writer.write(topic.data_type(message))
+            except DDSException as error:
+                _LOGGER.debug("a message on %s was not published: %s", name, error)
+
+        return publish
 
     def close(self) -> None:
         """Leave the domain."""
@@ -169,7 +181,10 @@ class DdsTransport:
 
 
 def _configuration(address: WireAddress) -> str:
-    """Write the configuration of Cyclone DDS: that of the user, and the peer."""
+    """Write the configuration of Cyclone DDS: that of the user, and the peer.
+
+    Raises ``InputError`` if the peer has no address: Cyclone DDS would end the program.
+    """
     parts = [os.environ.get("CYCLONEDDS_URI", "")]
     if address.is_local:
         parts.append(
@@ -177,7 +192,11 @@ def _configuration(address: WireAddress) -> str:
             "<AllowMulticast>false</AllowMulticast></General>"
         )
     if address.host:
-        host = "127.0.0.1" if address.is_local else address.host
+        try:
+            host = socket.gethostbyname(address.host)
+        except OSError as error:
+            remedy = "check its name and the network, or write its IP address"
+            raise InputError(address.text, f"the host {address.host} was not found", remedy=remedy) from error
         parts.append(
             f"<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>{_PARTICIPANTS}"
             f'</MaxAutoParticipantIndex><Peers><Peer address="{host}"/></Peers></Discovery>'

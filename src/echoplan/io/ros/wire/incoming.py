@@ -62,7 +62,7 @@ class Incoming:
         for topic in choice.topics:
             if (topic.name, topic.type) not in known:
                 self._subscribed.add(topic)
-                self._transport.subscribe(topic, self._receive)
+                self._transport.subscribe(topic, lambda topic, raw: self._waiting.put((topic, time.time_ns(), raw)))
         self._ranging = {topic.name for topic in choice.readings}
         return Listening(path=_PATH, options=self._options, topics=topics, choice=choice)
 
@@ -80,16 +80,13 @@ class Incoming:
             remedy = "start the robot, and check domain and network with: ros2 topic list"
             return InputError(address.text, f"no topics were found in domain {address.domain}", remedy=remedy)
         silent = sorted(topic.name for topic in self._subscribed - self._stores.keys())
-        problem = f"{error.place}: {error.problem}" if error.place else error.problem
+        problem = ": ".join(filter(None, (error.place, error.problem)))
         if self._ranging and self._ranging.issubset(silent):
             problem = f"no message yet on {first_names(silent)}"
         if (seen := named_topics(topics)) not in problem:
             problem += f"; seen: {seen}"
         remedy = "publish what is missing, or name topics with --topic and --odom and mountings with --mount"
         return InputError(address.text, problem, remedy=remedy)
-
-    def _receive(self, topic: Topic, raw: bytes) -> None:
-        self._waiting.put((topic, time.time_ns(), raw))
 
     def _decoded(self) -> Iterator[Row]:
         """Decode what came; a message that is damaged is left out."""

@@ -1,6 +1,6 @@
 """Sweeps from messages that keep coming: those of bags, cut as soon as no later message can change them."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import gcd
 from pathlib import Path
@@ -17,7 +17,7 @@ from echoplan.io.ros.options import BagOptions
 from echoplan.io.ros.recording import recording_of
 from echoplan.io.ros.series import Role, Row, Series, SeriesKey, as_contents
 from echoplan.io.ros.trajectory import trajectory_of
-from echoplan.model import Rig, Sweep
+from echoplan.model import Recording, Rig, Sweep
 
 __all__ = ["Advance", "Listening", "Window", "advance"]
 
@@ -80,6 +80,11 @@ class Window:
     finished_ns: int = _EARLIEST_NS
     rig: Rig | None = None
 
+    def emptied(self) -> "Window":
+        """Forget all but the sensors and the transforms that never change."""
+        fixed = {key: own for key, own in self.series.items() if key.role is Role.FIXED_TRANSFORM}
+        return Window(series=fixed, rig=self.rig)
+
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Advance:
@@ -117,10 +122,28 @@ class Advance:
 
 
 def advance(window: Window, rows: Iterable[Row], *, listening: Listening, is_silent: bool = False) -> Advance:
-    """Take new messages, and cut the sweeps that they finish; in silence, the current one is finished, too.
+    """Take new messages, and cut the sweeps that they finish.
 
-    Raises ``InputError`` if something is missing for a map, time goes back, or sensors are mounted elsewhere than
-    before.
+    Parameters
+    ----------
+    window : Window
+        The messages before that are still needed.
+    rows : iterable of Row
+        The numbers of the new ones.
+    listening : Listening
+        What is listened to.
+    is_silent : bool, optional
+        Whether the current sweep is finished, since nothing comes any more.
+
+    Returns
+    -------
+    Advance
+        Finished sweeps, and the messages that are needed for the next ones.
+
+    Raises
+    ------
+    InputError
+        If something is missing for a map, time goes back, or sensors are mounted elsewhere than before.
     """
     series = _joined(window.series, as_contents(rows))
     read = contents_of(
@@ -132,32 +155,46 @@ def advance(window: Window, rows: Iterable[Row], *, listening: Listening, is_sil
         is_whole=False,
     )
     recording, trajectory = recording_of(read), trajectory_of(read)
-    world = trajectory.world
     rig = _same_rig(window.rig, recording.rig, path=listening.path)
-    fresh = [later for sweep in recording.sweeps if len(later := _after(sweep, window.finished_ns))]
     moving = [own for role in _MOVING for own in read.of_role(role).values() if len(own)]
-    settled_ns = max(int(own.stamps_ns[-1]) for own in moving) - _LATE_NS
-    # The last sweep may go on.
-    ended = [sweep for sweep in fresh[:-1] if sweep.stamps_ns[-1] <= settled_ns]
-    finished = fresh if is_silent else ended
-    last_ns = int(finished[-1].stamps_ns[-1]) if finished else window.finished_ns
-    first_ns = last_ns if window.first_ns == _EARLIEST_NS else window.first_ns
-    kept = {}
-    for key, own in series.items():
-        times = times_of(own, has_stamps=key.topic not in read.without_stamps)
-        kept[key] = own[_needed(times, role=key.role, first_ns=first_ns, finished_ns=last_ns)]
-    rest = fresh[len(finished) :]
+    settled_ns = np.inf if is_silent else max(int(own.stamps_ns[-1]) for own in moving) - _LATE_NS
+    finished, rest = _cut(recording, after_ns=window.finished_ns, settled_ns=settled_ns)
+    parents = {(step.end, step.is_down): step.start for step in read.frames.steps}
     return Advance(
-        window=Window(series=kept, first_ns=first_ns, finished_ns=last_ns, rig=rig),
+        window=_shortened(replace(window, series=series, rig=rig), finished, without_stamps=read.without_stamps),
         rig=rig,
         finished=tuple(finished),
         partial=rest[-1] if rest else None,
         notes=recording.notes,
         base=trajectory.base,
-        world=world,
-        world_parent=next((each.start for each in read.frames.steps if each.is_down and each.end == world), ""),
+        world=trajectory.world,
+        world_parent=parents.get((trajectory.world, True), ""),
         clock_offset_ns=max(int((own.stamps_ns - own.log_ns)[-_RECENT:].max()) for own in moving),
     )
+
+
+def _cut(recording: Recording, *, after_ns: int, settled_ns: float) -> tuple[list[Sweep], list[Sweep]]:
+    """Return the sweeps after a time that no later message changes, and the others.
+
+    Pings up to that time were part of a finished sweep, or came too late. The last sweep may go on, unless there are no
+    later messages.
+    """
+    later = [sweep[np.flatnonzero(sweep.stamps_ns > after_ns)] for sweep in recording.sweeps]
+    fresh = [sweep for sweep in later if len(sweep)]
+    candidates = fresh if np.isinf(settled_ns) else fresh[:-1]
+    finished = [sweep for sweep in candidates if sweep.stamps_ns[-1] <= settled_ns]
+    return finished, fresh[len(finished) :]
+
+
+def _shortened(window: Window, finished: Sequence[Sweep], *, without_stamps: frozenset[str]) -> Window:
+    """Forget what is not needed after the finished sweeps."""
+    last_ns = int(finished[-1].stamps_ns[-1]) if finished else window.finished_ns
+    first_ns = last_ns if window.first_ns == _EARLIEST_NS else window.first_ns
+    kept = {}
+    for key, own in window.series.items():
+        times = times_of(own, has_stamps=key.topic not in without_stamps)
+        kept[key] = own[_needed(times, role=key.role, first_ns=first_ns, finished_ns=last_ns)]
+    return replace(window, series=kept, first_ns=first_ns, finished_ns=last_ns)
 
 
 def _joined(before: Mapping[SeriesKey, Series], new: Mapping[SeriesKey, Series]) -> dict[SeriesKey, Series]:
@@ -168,11 +205,6 @@ def _joined(before: Mapping[SeriesKey, Series], new: Mapping[SeriesKey, Series])
         names = ("log_ns", "stamps_ns", "values")
         joined[key] = Series(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
     return joined
-
-
-def _after(sweep: Sweep, time_ns: int) -> Sweep:
-    """Drop the pings of a sweep up to a time: they were part of a finished one, or came too late."""
-    return sweep[np.flatnonzero(sweep.stamps_ns > time_ns)]
 
 
 def _needed(times_ns: IntArray, *, role: Role, first_ns: int, finished_ns: int) -> BoolArray:

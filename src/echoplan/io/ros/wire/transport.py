@@ -6,7 +6,7 @@ from typing import Protocol
 from echoplan.io.ros.bag import Topic
 from echoplan.io.ros.wire.address import Middleware, WireAddress
 
-__all__ = ["Receive", "Transport", "open_transport", "type_from_wire", "type_on_wire"]
+__all__ = ["Transport", "open_transport", "type_from_wire", "type_on_wire"]
 
 # Is given the topic and the message as CDR, in a thread of the transport.
 Receive = Callable[[Topic, bytes], None]

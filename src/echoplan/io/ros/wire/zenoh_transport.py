@@ -1,5 +1,6 @@
 """ROS 2 over Zenoh, as rmw_zenoh has it: keys with the type and its hash, and tokens by which nodes are found."""
 
+import logging
 import os
 import struct
 import time
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ZenohTransport"]
 
+_LOGGER = logging.getLogger(__name__)
 _TOKENS = "@ros2_lv"
 # Publishers, subscriptions and nodes in tokens, and the name of this node.
 _PUBLISHER, _SUBSCRIPTION, _NODE, _NAME = "MP", "MS", "NN", "echoplan"
@@ -129,9 +131,12 @@ class ZenohTransport:
         gid, numbers = os.urandom(_GID_BYTES), count(1)
 
         def publish(message: bytes) -> None:
-            """Publish one message."""
+            """Publish one message; it is left out while the router is away."""
             attachment = struct.pack("<qqB", next(numbers), time.time_ns(), _GID_BYTES) + gid
-            publisher.put(message, attachment=attachment)
+            try:
+                publisher.put(message, attachment=attachment)
+            except zenoh.ZError as error:
+                _LOGGER.debug("a message on %s was not published: %s", name, error)
 
         return publish
 
