@@ -28,7 +28,7 @@ pytestmark = pytest.mark.skipif(
     reason="Fast DDS is not installed (Debian packages g++ and libfastrtps-dev)",
 )
 GRID = "nav_msgs/msg/OccupancyGrid"
-DOMAIN = 1 + os.getpid() % 90
+DOMAIN = 1 + os.getpid() % 50
 PATIENCE = 10
 
 

@@ -19,8 +19,9 @@ import pytest
 from echoplan.geometry import compose, invert
 from echoplan.io import read_recording
 from echoplan.io.ros import read_bag
+from echoplan.io.ros.bag import Topic
 from echoplan.io.ros.map_messages import grid_message
-from echoplan.io.ros.wire import parse_address
+from echoplan.io.ros.wire import open_transport, parse_address
 from echoplan.live import Complete, Ros2Feed
 from echoplan.live.mapping import map_update
 from echoplan.live.survey import Survey
@@ -32,8 +33,8 @@ from helpers.robot import RECEIVED, fingerprint
 from helpers.typed import echoplan
 
 HELPER = Path(__file__).parents[1] / "helpers" / "robot.py"
-# Tests may run at the same time on one machine.
-DOMAIN = 100 + os.getpid() % 100
+# Tests may run at the same time on one machine; ports of domains above 101 are those of other programs.
+DOMAIN = 51 + os.getpid() % 50
 DDS = f"ros2://localhost?domain={DOMAIN}"
 SPEED = 5
 
@@ -133,6 +134,19 @@ def test_what_cannot_be_mapped_is_refused_in_one_line(address: str, problem: str
     done = echoplan("live", address)
     assert (done.status, done.err.count("\n")) == (2, 1)
     assert problem in done.err
+
+
+@needs_dds
+def test_a_domain_can_be_joined_again_after_it_was_left() -> None:
+    for _ in range(2):
+        transport = open_transport(parse_address(DDS))
+        publish = transport.advertise("/tf", "tf2_msgs/msg/TFMessage", is_latched=False)
+        transport.subscribe(Topic(name="/odom", type="nav_msgs/msg/Odometry", count=1), lambda topic, raw: None)
+        assert transport.topics() == ()
+        transport.close()
+        transport.close()
+        # A thread that is late.
+        publish(b"\0\1\0\0\0\0\0\0")
 
 
 def test_without_the_extra_it_is_named(monkeypatch: pytest.MonkeyPatch) -> None:

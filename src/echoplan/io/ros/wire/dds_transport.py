@@ -126,9 +126,10 @@ class DdsTransport:
         return publish
 
     def close(self) -> None:
-        """Leave the domain."""
+        """Leave the domain; Cyclone DDS deletes all that belongs to it, too, and does nothing the second time."""
         self._closed.set()
         self._thread.join(_PATIENCE)
+        self._domain.__del__()
 
     def _found(self) -> list["DcpsEndpoint"]:
         """Return the publishers of others that are there now."""
