@@ -73,7 +73,7 @@ $(STAMPS)/docs: $(STAMPS)/base
 
 $(STAMPS)/test: $(STAMPS)/base
 	@echo "Installing what the tests need ..."
-	@$(INSTALL) --requirements pyproject.toml --extra cluster --group test --group docs
+	@$(INSTALL) --requirements pyproject.toml --extra cluster --extra ros-live --group test --group docs
 	@touch $@
 
 # Two workers and the examples would each compile the same for half a minute; one does it before them.

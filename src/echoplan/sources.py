@@ -22,6 +22,7 @@ from echoplan.io import (
 )
 from echoplan.io.files import readable
 from echoplan.io.ros import BagOptions, BagSummary, is_bag, read_bag, summarise_bag
+from echoplan.io.ros.wire import is_address
 from echoplan.model import Conventions, Recording, Rig, Route, Source, Truth, World
 from echoplan.simulation import Simulation, SimulationSettings
 
@@ -87,6 +88,9 @@ def open_source(
     5
     """
     text = fspath(text)
+    if is_address(text):
+        remedy = f"map it while it runs: echoplan live {text}; or record a bag: ros2 bag record"
+        raise InputError(text, "a running ROS 2 is no recording", remedy=remedy)
     scheme = re.match(r"[a-z]{2,}:", text)
     opener = _OPENERS.get(scheme[0]) if scheme else None
     if opener is None and is_bag(Path(text)):
@@ -251,7 +255,7 @@ def notes_of(source: Source) -> tuple[str, ...]:
 
 def summary_of_bag(text: str, options: BagOptions | None) -> BagSummary | None:
     """Look into a source that is a bag, even where it does not suffice for a map; None for any other source."""
-    is_other = re.match(r"[a-z]{2,}:", text) or not is_bag(Path(text))
+    is_other = re.match(r"[a-z][a-z0-9+]+:", text) or not is_bag(Path(text))
     return None if is_other else summarise_bag(text, options)
 
 

@@ -13,12 +13,12 @@ from helpers.bags import JAZZY, Robot, drive, write_mcap
 from helpers.typed import succeed
 
 ROOT = Path(__file__).parents[2]
-# Fleets, devices and the live page are tested by themselves: their pages need a cluster, a device, and a browser.
+# Fleets, devices, the live page and ROS 2 are tested by themselves: they need a cluster, a device, a browser, a robot.
 PAGES = sorted(
     path.relative_to(ROOT / "docs").as_posix()
     for folder in ("tutorials", "howto")
     for path in (ROOT / "docs" / folder).glob("*.md")
-    if path.stem not in ("index", "batch", "calibrate", "live")
+    if path.stem not in ("index", "batch", "calibrate", "live", "ros2-live")
 )
 
 

@@ -24,6 +24,7 @@ __all__ = ["EXTRAS", "Check", "run"]
 # Modules of each extra in pyproject.toml by the names of their packages. An extra brings all of them or is missing.
 EXTRAS = {
     "ros": {"rosbags": "rosbags"},
+    "ros-live": {"cyclonedds": "cyclonedds", "eclipse-zenoh": "zenoh", "rosbags": "rosbags"},
     "cad": {"ezdxf": "ezdxf"},
     "device": {"pyserial": "serial"},
     "view": {"websockets": "websockets"},

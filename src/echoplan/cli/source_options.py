@@ -22,7 +22,7 @@ __all__ = [
     "put_notes",
 ]
 
-_PANEL = "ROS bags"
+_PANEL = "ROS bags and ros2://"
 SOURCE_HELP = "A recording's folder, a ROS bag, sim:WORLD, or a device: serial:///dev/... or tcp://HOST:PORT."
 
 TopicOption = Annotated[

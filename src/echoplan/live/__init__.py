@@ -3,6 +3,7 @@
 from echoplan.live.device import DeviceFeed
 from echoplan.live.feed import Complete, Control, Event, Feed, Notice, Partial
 from echoplan.live.player import Player, SimulationPlayer
+from echoplan.live.ros2 import Ros2Feed
 from echoplan.live.running import run_live
 
 __all__ = [
@@ -14,6 +15,7 @@ __all__ = [
     "Notice",
     "Partial",
     "Player",
+    "Ros2Feed",
     "SimulationPlayer",
     "run_live",
 ]

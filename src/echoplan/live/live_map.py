@@ -17,7 +17,7 @@ from echoplan.arrays import FloatArray
 from echoplan.errors import EchoplanError, InputError
 from echoplan.live.commands import Command, PlaceCommand, PlayCommand, SweepCommand, UndoCommand
 from echoplan.live.feed import Complete, Control, Event, Feed, Notice, Partial
-from echoplan.live.mapping import draw_map, sensor_faults, write_results
+from echoplan.live.mapping import MapUpdate, draw_map, map_update, sensor_faults, write_results
 from echoplan.live.messages import (
     encoded,
     faults_message,
@@ -58,6 +58,8 @@ class LiveMap:
         Folder for results; by default they are only offered for download.
     keep : callable, optional
         Is given each complete sweep, in the thread of the feed, before viewers see it.
+    publish : callable, optional
+        Is given each new map, for programs beside the page.
     """
 
     def __init__(
@@ -68,8 +70,10 @@ class LiveMap:
         scratch: Path,
         out: Path | None = None,
         keep: Callable[[Sweep], None] = lambda _: None,
+        publish: Callable[[MapUpdate], None] | None = None,
     ) -> None:
         self.feed = feed
+        self._publish = publish
         self._keep = keep
         self._executor = executor
         self._archive = scratch / ARCHIVE
@@ -133,7 +137,8 @@ class LiveMap:
         self._current.clear()
         self._recent.append(event.sweep)
         self._follow(event.sweep.station)
-        self._change(self.survey.with_sweep(event.sweep))
+        # A rig may become better known while it is used.
+        self._change(replace(self.survey.with_sweep(event.sweep), rig=self.feed.rig))
 
     def obey(self, command: Command) -> None:
         """Do what a viewer asks for; saving is ``save``.
@@ -195,6 +200,10 @@ class LiveMap:
                 version = self.board.get("map", (0, ""))[0] + 1
                 self.board["map"] = (version, drawn)
                 self.post("mapper", {"problem": "", "sweeps": len(survey)})
+                if self._publish is not None:
+                    update = await loop.run_in_executor(self._executor, map_update, survey)
+                    if update is not None:
+                        self._publish(update)
             except (EchoplanError, BrokenProcessPool) as error:
                 words = (
                     str(error) if isinstance(error, EchoplanError) else "the mapper ended; the next sweep restarts it"

@@ -13,6 +13,7 @@ from echoplan.io import write_recording
 from echoplan.live.access import LOOPBACK, Access
 from echoplan.live.feed import Feed
 from echoplan.live.live_map import LiveMap
+from echoplan.live.mapping import MapUpdate
 from echoplan.live.server import LiveServer
 from echoplan.live.unsaved import RECORDING, keep_sweeps
 
@@ -30,6 +31,7 @@ def run_live(
     token: str = "",
     out: Path | None = None,
     ready: Callable[[str], None] = lambda address: None,  # noqa: ARG005 - nobody waits for it
+    publish: Callable[[MapUpdate], None] | None = None,
 ) -> None:
     """Show a feed in a page until an interrupt.
 
@@ -48,6 +50,8 @@ def run_live(
         sweeps are appended to the recording ``unsaved`` in it.
     ready : callable, optional
         Is given the address of the page once it can be opened.
+    publish : callable, optional
+        Is given each new map, whether or not anybody looks at the page.
 
     Raises
     ------
@@ -58,7 +62,7 @@ def run_live(
     """
     mapper = LocalProcesses(1)
     with closing(feed), keep_sweeps(feed, out=out) as keep, TemporaryDirectory(prefix="echoplan-") as scratch:
-        live_map = LiveMap(feed, executor=mapper, scratch=Path(scratch), out=out, keep=keep)
+        live_map = LiveMap(feed, executor=mapper, scratch=Path(scratch), out=out, keep=keep, publish=publish)
         try:
             asyncio.run(_run(live_map, host=host, port=port, token=token, ready=ready))
         finally:

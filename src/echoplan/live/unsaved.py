@@ -21,7 +21,7 @@ def keep_sweeps(feed: Feed, *, out: Path | None) -> Iterator[Callable[[Sweep], N
 
     Sweeps of a recording are on the disk already: nothing is written of them.
     """
-    if out is None or Control.SWEEP not in feed.controls:
+    if out is None or feed.controls == {Control.PAUSE}:
         yield lambda _: None
         return
     for name, problem in (

@@ -38,8 +38,13 @@ def test_the_recording_of_an_earlier_run_is_not_replaced(tmp_path: Path) -> None
         pass
 
 
-@pytest.mark.parametrize("controls", [frozenset(), frozenset({Control.PAUSE})])
-def test_sweeps_of_a_recording_are_not_written_again(tmp_path: Path, controls: frozenset[Control]) -> None:
-    with keep_sweeps(FakeFeed(controls), out=tmp_path) as keep:
+def test_sweeps_of_a_recording_are_not_written_again(tmp_path: Path) -> None:
+    with keep_sweeps(FakeFeed(frozenset({Control.PAUSE})), out=tmp_path) as keep:
         keep(swept())
         assert not list(tmp_path.iterdir())
+
+
+def test_sweeps_of_a_robot_that_other_programs_drive_are_kept(tmp_path: Path) -> None:
+    with keep_sweeps(FakeFeed(frozenset()), out=tmp_path) as keep:
+        keep(swept())
+        assert len(tuple(read_recording(tmp_path / "unsaved"))) == 1

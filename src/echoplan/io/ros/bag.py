@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from rosbags.rosbag2 import Reader as Reader2
     from rosbags.typesys.store import Typestore
 
-__all__ = ["Bag", "Message", "Topic", "is_bag", "open_bag"]
+__all__ = ["Bag", "Message", "Topic", "is_bag", "open_bag", "standard_typestore"]
 
 _SUFFIXES = (".bag", ".mcap", ".db3", ".active", ".zstd", ".zst")
 _STORAGES = ("*.mcap", "*.db3")
@@ -235,28 +235,40 @@ def _check_kind(path: Path) -> None:
 def _typestore(connection: "Connection", raw: bytes, *, path: Path) -> "Typestore":
     """Register a message type from its definition in the bag, or else from the distributions of ROS."""
     from rosbags.interfaces import MessageDefinitionFormat  # noqa: PLC0415 - rosbags is optional
-    from rosbags.serde import SerdeError  # noqa: PLC0415
     from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore  # noqa: PLC0415
 
     kind, definition = connection.msgtype, connection.msgdef
     if definition.format == MessageDefinitionFormat.NONE:
-        # Bags before ROS 2 Iron hold no definitions; Iron is where Range got its variance.
-        for distribution in (Stores.LATEST, Stores.ROS2_HUMBLE):
-            store = get_typestore(distribution)
-            if kind not in store.fielddefs:
-                problem = f"messages of type {kind} on {connection.topic} are not defined in the bag"
-                raise InputError(path, problem, remedy="record it with ROS 2 Iron or newer, or as mcap")
-            try:
-                store.deserialize_cdr(raw, kind)
-            except (SerdeError, IndexError):
-                continue
-            return store
+        # Bags before ROS 2 Iron hold no definitions.
+        known = standard_typestore(kind, raw)
+        if known is None:
+            problem = f"messages of type {kind} on {connection.topic} are not defined in the bag"
+            raise InputError(path, problem, remedy="record it with ROS 2 Iron or newer, or as mcap")
+        return known
     store = get_typestore(Stores.EMPTY)
     if definition.format == MessageDefinitionFormat.IDL:
         for part in definition.data.split("=" * 80 + "\n"):
             store.register(get_types_from_idl(part.split("\n", 1)[-1] if part.startswith("IDL: ") else part))
     else:
         store.register(get_types_from_msg(definition.data, kind))
+    return store
+
+
+def standard_typestore(kind: str, raw: bytes) -> "Typestore | None":
+    """Find the distribution of ROS 2 that wrote a message of a standard type; None if the type is not standard."""
+    from rosbags.serde import SerdeError  # noqa: PLC0415 - rosbags is optional
+    from rosbags.typesys import Stores, get_typestore  # noqa: PLC0415
+
+    # Iron is where Range got its variance.
+    for distribution in (Stores.LATEST, Stores.ROS2_HUMBLE):
+        store = get_typestore(distribution)
+        if kind not in store.fielddefs:
+            return None
+        try:
+            store.deserialize_cdr(raw, kind)
+        except (SerdeError, IndexError):
+            continue
+        break
     return store
 
 

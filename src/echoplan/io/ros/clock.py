@@ -7,10 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
+from echoplan.arrays import IntArray
 from echoplan.errors import InputError
 from echoplan.io.ros.series import Role, Series, SeriesKey
 
-__all__ = ["TimedSeries", "with_one_clock"]
+__all__ = ["TimedSeries", "times_of", "with_one_clock"]
 
 # Topics have the same clock if the offsets of their stamps from the times of recording agree to this [ns]: messages
 # are recorded within a second, and localisation stamps transforms up to a second ahead.
@@ -29,10 +30,13 @@ class TimedSeries:
         The series by key.
     notes : tuple of str
         Corrections of times, as sentences for the user.
+    without_stamps : frozenset of str
+        Topics of which the times of recording are used.
     """
 
     series: Mapping[SeriesKey, Series]
     notes: tuple[str, ...]
+    without_stamps: frozenset[str]
 
 
 def with_one_clock(series: Mapping[SeriesKey, Series], *, path: Path) -> TimedSeries:
@@ -48,9 +52,15 @@ def with_one_clock(series: Mapping[SeriesKey, Series], *, path: Path) -> TimedSe
         notes.append(f"The messages on {topic} {why}; the times of recording are used instead.")
     timed = dict(series)
     for key, own in moving.items():
-        stamps = np.where((own.stamps_ns == 0) | (key.topic in logged), own.log_ns, own.stamps_ns)
+        stamps = times_of(own, has_stamps=key.topic not in logged)
         timed[key] = _in_order(replace(own, stamps_ns=stamps), topic=key.topic, path=path)
-    return TimedSeries(series=timed, notes=tuple(notes))
+    return TimedSeries(series=timed, notes=tuple(notes), without_stamps=frozenset(logged))
+
+
+def times_of(series: Series, *, has_stamps: bool) -> IntArray:
+    """Return the time of each entry [ns]: its stamp, or when it was recorded."""
+    times: IntArray = np.where((series.stamps_ns == 0) | (not has_stamps), series.log_ns, series.stamps_ns)
+    return times
 
 
 def _topics_by_log(series: Mapping[SeriesKey, Series]) -> dict[str, int | None]:

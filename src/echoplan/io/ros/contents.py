@@ -1,6 +1,7 @@
 """The content of a bag, read in one pass."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from echoplan.io.ros.options import BagOptions
 from echoplan.io.ros.series import Role, Series, SeriesKey, as_contents
 from echoplan.io.units import LARGEST_ANGLE, looks_like_degrees
 
-__all__ = ["BagContents", "read_contents"]
+__all__ = ["BagContents", "contents_of", "read_contents"]
 
 _ANGLES = ("servo", "yaw")
 
@@ -41,6 +42,8 @@ class BagContents:
         The transforms.
     notes : tuple of str
         How times were determined if not from the stamps in the headers.
+    without_stamps : frozenset of str, optional
+        Topics of which the times of recording are used.
     """
 
     path: Path
@@ -50,6 +53,7 @@ class BagContents:
     series: dict[SeriesKey, Series]
     frames: Frames
     notes: tuple[str, ...]
+    without_stamps: frozenset[str] = frozenset()
 
     def of_role(self, role: Role) -> dict[SeriesKey, Series]:
         """Return the series for a purpose."""
@@ -81,13 +85,30 @@ def read_contents(path: Path, options: BagOptions) -> BagContents:
     with open_bag(path) as bag:
         choice = choose_topics(bag.topics, options, path=path)
         rows = (row for message in bag.messages(choice.topics) for row in rows_of(message, options))
-        timed = with_one_clock(as_contents(rows), path=path)
-        return BagContents(
-            path=path,
-            options=options,
-            topics=bag.topics,
-            choice=choice,
-            series=dict(timed.series),
-            frames=frames_of(timed.series),
-            notes=timed.notes,
-        )
+        return contents_of(as_contents(rows), path=path, options=options, topics=bag.topics, choice=choice)
+
+
+def contents_of(
+    series: Mapping[SeriesKey, Series],
+    *,
+    path: Path,
+    options: BagOptions,
+    topics: tuple[Topic, ...],
+    choice: Choice,
+    is_whole: bool = True,
+) -> BagContents:
+    """Stamp what was read by one clock, and gather its transforms; more may follow if it is not the whole.
+
+    Raises ``InputError`` if time goes back.
+    """
+    timed = with_one_clock(series, path=path)
+    return BagContents(
+        path=path,
+        options=options,
+        topics=topics,
+        choice=choice,
+        series=dict(timed.series),
+        frames=frames_of(timed.series, is_whole=is_whole),
+        notes=timed.notes,
+        without_stamps=timed.without_stamps,
+    )

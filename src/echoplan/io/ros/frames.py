@@ -60,8 +60,8 @@ class Frames:
         return ending[0] if len(ending) == 1 else None
 
 
-def frames_of(contents: Mapping[SeriesKey, Series]) -> Frames:
-    """Gather all transforms; one on /tf that never changes counts as fixed, like those on /tf_static.
+def frames_of(contents: Mapping[SeriesKey, Series], *, is_whole: bool = True) -> Frames:
+    """Gather all transforms; of the whole, one on /tf that never changes counts as fixed, like those on /tf_static.
 
     Transforms with numbers that are not finite, or with an all-zero quaternion, are left out.
     """
@@ -74,7 +74,7 @@ def frames_of(contents: Mapping[SeriesKey, Series]) -> Frames:
         if not len(series):
             continue
         is_same = bool((series.values == series.values[0]).all()) or np.ptp(series.stamps_ns) == 0
-        is_fixed = key.role is Role.FIXED_TRANSFORM or bool(is_same)
+        is_fixed = key.role is Role.FIXED_TRANSFORM or bool(is_same & is_whole)
         for start, end in ((key.frame, key.child), (key.child, key.frame)):
             steps.append(Step(start=start, end=end, series=series, is_fixed=is_fixed, is_down=end == key.child))
     return Frames(steps=tuple(steps))

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -39,9 +39,13 @@ class _Shape:
     text: str = ""
 
 
-def marker_array(types: Types, feature_map: FeatureMap, *, stamp: int) -> Any:
-    """Make the markers of a map."""
+def marker_array(types: Types, feature_map: FeatureMap, *, stamp: int, replaces: bool = False) -> Any:
+    """Make the markers of a map; they may replace all those that were published before."""
     markers = [_marker(types, shape, frame=feature_map.frame, stamp=stamp) for shape in _shapes(feature_map)]
+    if replaces:
+        shape = _Shape(namespace="", number=0, kind="CUBE", scale=(_DOT, _DOT, _DOT), color=_GREY)
+        first = _marker(types, shape, frame=feature_map.frame, stamp=stamp)
+        markers.insert(0, replace(first, action=first.DELETEALL))
     return types["visualization_msgs/msg/MarkerArray"](markers=markers)
 
 

@@ -32,12 +32,15 @@ class Trajectory:
         Where the poses come from, as text for the user.
     base : str
         Frame of the robot.
+    world : str
+        Frame of its poses; empty if no message names it.
     series : Series, optional
         Poses [m, m, rad] over time; None if they come from fields alone.
     """
 
     origin: str
     base: str
+    world: str
     series: Series | None
 
 
@@ -64,9 +67,9 @@ def trajectory_of(read: BagContents) -> Trajectory:
         if not len(poses):
             problem = "none of its poses has finite numbers and a valid orientation"
             raise InputError(read.path, problem, place=key.topic, remedy=f"name another topic: --odom; {_STAND_STILL}")
-        return Trajectory(origin=key.topic, base=base, series=poses)
+        return Trajectory(origin=key.topic, base=base, world=key.frame, series=poses)
     if all(read.options.field(key) for key in ("x", "y", "yaw")):
-        return Trajectory(origin="--field", base=base, series=None)
+        return Trajectory(origin="--field", base=base, world="", series=None)
     return _of_transforms(read, base)
 
 
@@ -74,7 +77,8 @@ def _of_transforms(read: BagContents, base: str) -> Trajectory:
     for world in filter(None, map(read.frames.find, _WORLDS)):
         way = way_between(read.frames, world, end=base)
         if way and not all(step.is_fixed for step in way):
-            return Trajectory(origin=f"the transforms from {world} to {base}", base=base, series=_of_way(way))
+            origin = f"the transforms from {world} to {base}"
+            return Trajectory(origin=origin, base=base, world=world, series=_of_way(way))
     problem = f"it has no poses of the robot: no nav_msgs/Odometry and no transform from odom to {base}"
     if read.frames.names:
         problem += f" (its frames are {first_names(sorted(read.frames.names))})"
