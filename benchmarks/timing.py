@@ -1,8 +1,12 @@
-"""Whether joint keeps up with a robot: python benchmarks/timing.py [STATIONS ...] [--poses trust].
+"""Whether joint keeps up with a robot: python benchmarks/timing.py [STATIONS ...] [--poses trust] [--online].
 
 Simulates one random room from many stations, adds the sweeps to the mapper one by one, and prints at given numbers of
 stations (50, 100, 200, 500 and 1000 by default) the CPU time of ``add`` and of ``result``, the memory of the mapper,
 and the scores of the map.  The poses are exact.
+
+``--online`` prints instead how long the calls of ``OnlineMapper`` take by the clock while a robot drives: the rotary
+array and a ring of 16 sensors, 100 stations with odometry that drifts, one every second; and how many sweeps the newest
+map lacks.
 """
 
 import argparse
@@ -19,14 +23,17 @@ from echoplan.cli.terminal import show, tracked
 from echoplan.evaluation import Evaluation, evaluate
 from echoplan.joint.mapper import JointMapper, JointSettings
 from echoplan.joint.settings import PoseMode
+from echoplan.mapping import OnlineMapper
 from echoplan.model import Table
 from echoplan.simulation import Simulation
-from library.rooms import random_simulation
+from library.rooms import ARRAY, Drive, random_drive, random_simulation
 
 Result = TypeVar("Result")
 
 STATIONS = (50, 100, 200, 500, 1000)
 SEED = 0
+# With --online: arrays, stations of a drive, and time from one to the next [s].
+ARRAYS, DRIVEN, PERIOD = (ARRAY, "ring-16"), 100, 1.0
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -58,6 +65,9 @@ class Mark:
 def main() -> None:
     """Map one room from ever more stations and print what it took."""
     arguments = parse()
+    if arguments.online:
+        show(online_table([drive_online(array) for array in ARRAYS]))
+        return
     marks = list(measure(sorted(arguments.stations), arguments.poses))
     show(table(marks))
 
@@ -67,6 +77,7 @@ def parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description="Whether joint keeps up with a robot.")
     parser.add_argument("stations", type=int, nargs="*", default=list(STATIONS))
     parser.add_argument("--poses", type=PoseMode, choices=list(PoseMode), default=PoseMode.AUTO)
+    parser.add_argument("--online", action="store_true", help="calls of OnlineMapper while a robot drives")
     return parser.parse_args()
 
 
@@ -94,6 +105,68 @@ def measure(stations: Sequence[int], poses: PoseMode) -> Iterator[Mark]:
                 memory=len(pickle.dumps(mapper)),
                 evaluation=evaluate(drawn, simulation.truth),
             )
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class OnlineDrive:
+    """What the calls of ``OnlineMapper`` took during a drive, by the clock [s], and the sweeps that the map lacked."""
+
+    array: str
+    adding: tuple[float, ...]
+    reading: tuple[float, ...]
+    behind: tuple[int, ...]
+    evaluation: Evaluation
+
+
+def drive_online(array: str) -> OnlineDrive:
+    """Add a sweep every second, and read the newest map and the frame of odometry each time."""
+    simulation = random_drive(SEED, Drive(stations=DRIVEN, array=array))
+    adding, reading, behind = list[float](), list[float](), list[int]()
+    with OnlineMapper(simulation.rig, JointSettings(poses=PoseMode.CORRECT)) as mapper:
+        for sweep in tracked(list(simulation), total=len(simulation), task=f"driving with {array}"):
+            begun = time.perf_counter()
+            mapper.add(sweep)
+            added = time.perf_counter()
+            mapper.result()
+            _ = mapper.map_from_odom
+            reading.append(time.perf_counter() - added)
+            adding.append(added - begun)
+            behind.append(mapper.behind)
+            time.sleep(max(0.0, PERIOD - (time.perf_counter() - begun)))
+        evaluation = evaluate(mapper.finish(), simulation.truth)
+    return OnlineDrive(
+        array=array, adding=tuple(adding), reading=tuple(reading), behind=tuple(behind), evaluation=evaluation
+    )
+
+
+def online_table(drives: Sequence[OnlineDrive]) -> Table:
+    """Lay out the times of the calls of drives."""
+    columns = (
+        "array",
+        "add: 95 % (ms)",
+        "longest",
+        "result: 95 % (ms)",
+        "longest",
+        "behind: median",
+        "most",
+        "walls (%)",
+    )
+    rows = []
+    for each in drives:
+        walls, times = (
+            each.evaluation.matches.walls.tally,
+            [1000.0 * np.array(part) for part in (each.adding, each.reading)],
+        )
+        rows.append(
+            (
+                each.array,
+                *(f"{value:.1f}" for part in times for value in (np.quantile(part, 0.95), part.max())),
+                f"{np.median(each.behind):.0f}",
+                str(max(each.behind)),
+                f"{100 * walls.recall:.0f} / {100 * walls.precision:.0f}",
+            )
+        )
+    return Table(title=f"Drives of {DRIVEN} stations, one every {PERIOD:g} s", columns=columns, rows=tuple(rows))
 
 
 def timed(work: Callable[[], Result]) -> tuple[Result, float]:

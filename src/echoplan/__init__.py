@@ -21,9 +21,10 @@ What is here
 Reading
     open, read_map, read_truth, builtin_rig, find_rig, write_recording
 Mapping
-    map, locate, METHODS, JointMapper, JointSettings
+    map, locate, METHODS, JointMapper, OnlineMapper, JointSettings
 Results
-    MapResult, LocateResult, Localisation, FeatureMap, Wall, Opening, Corner, Cylinder, Quality, Verdict, OccupancyGrid
+    MapResult, LocateResult, Localisation, FeatureMap, Wall, Opening, Corner, Cylinder, Changes, Quality, Verdict,
+    OccupancyGrid
 Evaluating
     evaluate, compare, Evaluation, Truth
 Simulating
@@ -55,9 +56,10 @@ if TYPE_CHECKING:
     from echoplan.evaluation import Evaluation
     from echoplan.io import builtin_rig, read_map, read_truth, write_recording
     from echoplan.joint.mapper import JointMapper, JointSettings
-    from echoplan.mapping import LocateResult, MapResult
+    from echoplan.mapping import LocateResult, MapResult, OnlineMapper
     from echoplan.methods import METHODS
     from echoplan.model import (
+        Changes,
         Corner,
         Cylinder,
         FeatureMap,
@@ -81,6 +83,7 @@ from echoplan.version import __version__
 
 __all__ = [
     "METHODS",
+    "Changes",
     "Corner",
     "Cylinder",
     "EchoplanError",
@@ -95,6 +98,7 @@ __all__ = [
     "MapResult",
     "MissingExtraError",
     "OccupancyGrid",
+    "OnlineMapper",
     "Opening",
     "OutputError",
     "Quality",
@@ -135,9 +139,10 @@ _HOMES = {
     "echoplan.evaluation": ("Evaluation",),
     "echoplan.io": ("builtin_rig", "read_map", "read_truth", "write_recording"),
     "echoplan.joint.mapper": ("JointMapper", "JointSettings"),
-    "echoplan.mapping": ("LocateResult", "MapResult"),
+    "echoplan.mapping": ("LocateResult", "MapResult", "OnlineMapper"),
     "echoplan.methods": ("METHODS",),
     "echoplan.model": (
+        "Changes",
         "Corner",
         "Cylinder",
         "FeatureMap",

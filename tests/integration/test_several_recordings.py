@@ -111,7 +111,7 @@ def gone_on(recordings: list[Path], first: Path) -> Path:
     """The map of the second recording, which goes on from that of the first."""
     out = first.parent / "second"
     printed = succeed("map", recordings[1], "--start", first, "--out", out)
-    assert "Changed since the recordings before two: nothing" in " ".join(printed.split())
+    assert "Changed when two was recorded: nothing" in " ".join(printed.split())
     return out
 
 

@@ -8,6 +8,7 @@ import echoplan
 
 # A name that goes, or changes its meaning, breaks the programs of others: see docs/api.md.
 NAMES = [
+    "Changes",
     "Corner",
     "Cylinder",
     "EchoplanError",
@@ -23,6 +24,7 @@ NAMES = [
     "MapResult",
     "MissingExtraError",
     "OccupancyGrid",
+    "OnlineMapper",
     "Opening",
     "OutputError",
     "Quality",

@@ -13,7 +13,7 @@ from echoplan.joint.marginal_prior import MarginalPrior
 from echoplan.methods.mapper import Mapper, grid_of, needs_places, observations_of, points_of
 from echoplan.model import FeatureMap, OccupancyGrid, Rig, Sweep, translated
 
-__all__ = ["LocalMapper"]
+__all__ = ["LocalMapper", "check_order"]
 
 
 class LocalMapper:
@@ -57,8 +57,7 @@ class LocalMapper:
         if not len(sweep):
             return
         self.rig.indices(sweep.sensor_ids)
-        if self._last is not None:
-            _check_order(self._last, sweep)
+        check_order(self._last, sweep)
         origin_xy = np.round(sweep.station[:2]) if self._origin_xy is None else self._origin_xy
         self.mapper.add(replace(sweep, map_from_base=sweep.map_from_base - np.append(origin_xy, 0.0)))
         self._origin_xy, self._last = origin_xy, sweep
@@ -136,7 +135,23 @@ class LocalMapper:
         return grid and replace(grid, origin_xy=grid.origin_xy + self.origin_xy)
 
 
-def _check_order(last: Sweep, sweep: Sweep) -> None:
+def check_order(last: Sweep | None, sweep: Sweep) -> None:
+    """Check that a sweep follows the one before, if there is one, in index and time.
+
+    Parameters
+    ----------
+    last : Sweep or None
+        The sweep before.
+    sweep : Sweep
+        The sweep.
+
+    Raises
+    ------
+    InvalidValueError
+        If it does not.
+    """
+    if last is None:
+        return
     if sweep.index <= last.index:
         raise InvalidValueError(f"the index of a sweep must increase, not go from {last.index} to {sweep.index}")
     begins, ended = int(sweep.stamps_ns[0]), int(last.stamps_ns[-1])

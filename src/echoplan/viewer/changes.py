@@ -37,11 +37,10 @@ def changes_in_words(changes: Sequence[Changes]) -> tuple[Definitions, ...]:
     --------
     >>> moved = Changes(recording="tuesday", gone_walls=(np.array([[0.0, 0.0], [1.0, 0.0]]),))
     >>> changes_in_words([moved])[0].items
-    (('Changed since the recordings before tuesday', 'gone: a wall of 1.00 m at x 0.50 m, y 0.00 m'),)
+    (('Changed when tuesday was recorded', 'gone: a wall of 1.00 m at x 0.50 m, y 0.00 m'),)
     """
     items = tuple(
-        (f"Changed since the recordings before {each.recording}", "; ".join(_lists(each)) or "nothing")
-        for each in changes
+        (f"Changed when {each.recording} was recorded", "; ".join(_lists(each)) or "nothing") for each in changes
     )
     return (Definitions(title="Changes", items=items),) if items else ()
 

@@ -17,7 +17,7 @@ def test_a_map_of_one_recording_has_no_changes_to_tell() -> None:
 
 def test_nothing_is_said_to_have_changed_in_so_many_words() -> None:
     (section,) = changes_in_words([Changes(recording="tuesday")])
-    assert section.items == (("Changed since the recordings before tuesday", "nothing"),)
+    assert section.items == (("Changed when tuesday was recorded", "nothing"),)
 
 
 def test_what_is_gone_comes_before_what_is_new() -> None:
@@ -29,7 +29,7 @@ def test_what_is_gone_comes_before_what_is_new() -> None:
 
 def test_each_recording_has_a_line() -> None:
     (section,) = changes_in_words([Changes(recording="tuesday"), Changes(recording="friday", new_walls=(WALL,))])
-    assert [name.split()[-1] for name, _ in section.items] == ["tuesday", "friday"]
+    assert [name.split()[2] for name, _ in section.items] == ["tuesday", "friday"]
 
 
 def test_what_is_gone_is_dashed_and_what_is_new_is_not() -> None:
