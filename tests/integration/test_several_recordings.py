@@ -153,13 +153,23 @@ def test_what_cannot_go_on_is_refused_in_one_line(
     assert not (tmp_path / "map").exists()
 
 
-@pytest.mark.parametrize(("damage", "words"), [("missing", "it is missing"), ("version", "it is of another version")])
+@pytest.mark.parametrize(
+    ("damage", "words"),
+    [
+        ("missing", "it is missing"),
+        ("version", "it is of another version"),
+        ("map", "it is of another map than map.json, or one of them was changed"),
+    ],
+)
 def test_a_map_without_a_usable_prior_is_refused(
     recordings: list[Path], first: Path, tmp_path: Path, damage: str, words: str
 ) -> None:
     start = tmp_path / "start"
     shutil.copytree(first, start)
-    (start / "prior.npz").unlink()
+    if damage == "map":
+        (start / "map.json").write_text((start / "map.json").read_text(encoding="utf-8") + " ", encoding="utf-8")
+    else:
+        (start / "prior.npz").unlink()
     if damage == "version":
         write_arrays(start / "prior.npz", {"version": np.array([99.0])})
     done = echoplan("map", recordings[1], "--start", start, "--out", tmp_path / "map")

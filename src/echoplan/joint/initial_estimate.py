@@ -1,5 +1,7 @@
 """Construction of the initial estimate: pings, arcs and poses as recorded, and the prior of marginalised stations."""
 
+import math
+
 from echoplan.arrays import FloatArray
 from echoplan.joint.arcs import find_arcs
 from echoplan.joint.estimate import Estimate, initial_noise
@@ -31,6 +33,8 @@ def initial_estimate(
     marginal_prior = marginal_prior or MarginalPrior()
     resolution = max(sensor.resolution for sensor in rig.sensors)
     prior = expected_sonar(rig, measurements, marginal_prior.model, walk=settings.walk)
+    if math.isnan(measurements.temperature) and not math.isnan(marginal_prior.range_scale):
+        prior = prior.scaled(marginal_prior.range_scale)
     recorded = (
         measurements
         if marginal_prior.servo is None

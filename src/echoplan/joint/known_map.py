@@ -84,8 +84,8 @@ def resumed(prior: MarginalPrior, pose: FloatArray, settings: SegmentSettings) -
 
     Landmarks keep their histories and their joint information, the servo its calibration. But a landmark may have been
     moved since: however often it was detected, two stations that miss it remove it. Only a line with several walls
-    stays: a station before the gap between two of them seems to miss it. The sonar begins anew, as the air may have
-    another temperature. Its scale keeps the prior of a drive, since the robot may leave what is known.
+    stays: a station before the gap between two of them seems to miss it. The sonar begins anew, except for the range
+    scale: a drive cannot determine it once the robot leaves what is known, so the air counts as equally warm.
     ``pose`` is the first one of the recording, shape (3,) [m, m, rad]; ``settings`` are those of wall segments.
     """
     count = sum(len(each.parameters) for each in prior.features)
@@ -107,6 +107,7 @@ def resumed(prior: MarginalPrior, pose: FloatArray, settings: SegmentSettings) -
         servo=prior.servo,
         noise=prior.noise,
         issued=prior.issued,
+        range_scale=prior.range_scale if prior.model is None else prior.model.range_scale,
         path_xy=np.vstack([prior.path_xy, np.full((1, 2), np.nan)]),
     )
 

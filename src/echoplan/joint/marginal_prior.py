@@ -68,6 +68,8 @@ class MarginalPrior:
         Number of track numbers assigned so far.
     is_known_map : bool, optional
         Whether the landmarks are those of a map that was made before, which determines the scale.
+    range_scale : float, optional
+        Range scale of earlier recordings; NaN if there are none.
     path_xy : ndarray, shape (p, 2), optional
         Path of the robot in earlier recordings [m]; a row of NaN ends each.
     """
@@ -89,6 +91,7 @@ class MarginalPrior:
     dead_reckoned: FloatArray = field(default_factory=lambda: np.zeros(3))
     issued: int = 0
     is_known_map: bool = False
+    range_scale: float = np.nan
     path_xy: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
 
     @property

@@ -143,6 +143,7 @@ def marginalise(estimate: Estimate, count: int) -> MarginalPrior:
         dead_reckoned=_dead_reckoned(estimate, count),
         issued=estimate.marginal_prior.issued + len(known),
         is_known_map=estimate.marginal_prior.is_known_map,
+        range_scale=estimate.marginal_prior.range_scale,
         path_xy=estimate.marginal_prior.path_xy,
     )
 

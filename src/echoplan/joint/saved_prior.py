@@ -42,7 +42,7 @@ def arrays_of(prior: MarginalPrior) -> dict[str, FloatArray]:
         "information_vector": information.vector,
         "corner_pairs": np.array([*prior.echoes], dtype=np.float64).reshape(-1, 2),
         "corner_echoes": _columns(list(prior.echoes.values()), _ECHO),
-        "noise_and_issued": np.array([prior.noise, prior.issued]),
+        "numbers": np.array([prior.noise, prior.issued, prior.model.range_scale if prior.model else prior.range_scale]),
         # Rows of NaN separate recordings.
         "path": prior.path_xy[driven],
         "path_of": np.cumsum(~driven, dtype=np.float64)[driven],
@@ -78,7 +78,7 @@ def prior_of_arrays(arrays: Mapping[str, FloatArray]) -> MarginalPrior:
     if not np.isin(kinds, [int(kind) for kind in Kind]).all():
         raise InvalidValueError("landmarks has a class that is not known")
     size, extents = int(PARAMETERS[kinds].sum()), checked("extents", len(kinds), 2)
-    noise, issued = checked("noise_and_issued", 2)
+    noise, issued, range_scale = checked("numbers", 3)
     return MarginalPrior(
         features=[
             Hypothesis(
@@ -100,6 +100,7 @@ def prior_of_arrays(arrays: Mapping[str, FloatArray]) -> MarginalPrior:
         echoes=_corner_echoes(checked),
         noise=float(noise),
         issued=int(issued),
+        range_scale=float(range_scale),
         path_xy=_path(checked),
     )
 

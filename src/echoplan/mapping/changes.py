@@ -1,8 +1,8 @@
 """What has changed in a place between the recordings of an earlier map and another recording.
 
-A wall, or a piece of one, counts as new if the earlier map has none there although the robot had measured through it
-when it detected another wall.  Where it had not, the wall is merely mapped for the first time.  By the same rule, with
-both maps exchanged, a wall is gone.
+A wall is gone if most of it is no longer in the map, or a piece of it through which the robot measured: the estimator
+keeps what no station looks at again.  A wall, or a piece of one, is new if the robot had measured through its place
+when it detected another wall; where it had not, the wall is merely mapped for the first time.
 """
 
 from collections.abc import Iterable
@@ -12,7 +12,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from echoplan.arrays import FloatArray
+from echoplan.arrays import FloatArray, IntArray
 from echoplan.model import Changes, Cylinder, FeatureMap, Wall
 
 __all__ = ["contradicts", "find_changes", "later_views"]
@@ -48,7 +48,7 @@ def later_views(views_before: FloatArray, views_after: FloatArray) -> FloatArray
 
 
 def contradicts(before: FeatureMap, later: FloatArray) -> bool:
-    """Tell whether a recording measured through more walls of an earlier map than it found in their place.
+    """Tell whether more lines of sight of a recording lead through walls of an earlier map than end at one.
 
     Parameters
     ----------
@@ -91,11 +91,10 @@ def find_changes(
     views_before, views_after = _trimmed(earlier), _trimmed(later)
     return Changes(
         recording=recording,
-        # The estimator removed what is gone, because two stations or more missed it.
-        gone_walls=_pieces(before, after, views_after, crossings=1),
-        gone_cylinders=_cylinders(before, after, views_after),
-        new_walls=_pieces(after, before, views_before, crossings=2),
-        new_cylinders=_cylinders(after, before, views_before),
+        gone_walls=_gone(before, after, views_after),
+        gone_cylinders=tuple(_only(before, after)),
+        new_walls=_new(before, after, views_before),
+        new_cylinders=_crossed(_only(after, before), views_before),
     )
 
 
@@ -108,24 +107,46 @@ def _trimmed(views: FloatArray) -> shapely.STRtree:
     return shapely.STRtree(shapely.linestrings(lines))
 
 
-def _pieces(there: FeatureMap, other: FeatureMap, views: shapely.STRtree, *, crossings: int) -> tuple[FloatArray, ...]:
-    """Return the pieces of walls that only one map has although views of the other cross them, shape (2, 2) [m] each.
+def _gone(before: FeatureMap, after: FeatureMap, views: shapely.STRtree) -> tuple[FloatArray, ...]:
+    """Return the walls, or pieces of walls, that are no longer in the map, shape (2, 2) [m] each."""
+    pieces, owners = _pieces(before, after)
+    lost, lengths = np.bincount(owners, shapely.length(pieces), len(before.walls)), shapely.length(_lines(before.walls))
+    is_gone = (lost > 0.5 * lengths)[owners] | (_crossings(pieces, views) > 0)
+    return tuple(shapely.get_coordinates(pieces[is_gone]).reshape(-1, 2, 2))
 
-    So many ``crossings`` are required: a single view may be an error.
+
+def _new(before: FeatureMap, after: FeatureMap, views: shapely.STRtree) -> tuple[FloatArray, ...]:
+    """Return the walls, or pieces of walls, in the place of which there were none, shape (2, 2) [m] each.
+
+    A single view may be an error, so two are required.
     """
+    pieces, _ = _pieces(after, before)
+    return tuple(shapely.get_coordinates(pieces[_crossings(pieces, views) > 1]).reshape(-1, 2, 2))
+
+
+def _pieces(there: FeatureMap, other: FeatureMap) -> tuple[_Shapes, IntArray]:
+    """Return the pieces of walls that only one map has, and the numbers of their walls."""
     known = shapely.union_all(shapely.buffer(_lines(other.walls), _SAME))
-    pieces = shapely.get_parts(shapely.difference(_lines(there.walls), known))
-    pieces = pieces[shapely.length(pieces) >= _SHORTEST]
-    counts = np.bincount(views.query(pieces, predicate="intersects")[0], minlength=len(pieces))
-    return tuple(shapely.get_coordinates(pieces[counts >= crossings]).reshape(-1, 2, 2))
+    pieces, owners = shapely.get_parts(shapely.difference(_lines(there.walls), known), return_index=True)
+    is_long = shapely.length(pieces) >= _SHORTEST
+    return pieces[is_long], owners[is_long]
 
 
-def _cylinders(there: FeatureMap, other: FeatureMap, views: shapely.STRtree) -> tuple[Cylinder, ...]:
-    """Return the cylinders that only one map has although views of the other one cross them."""
+def _crossings(shapes: _Shapes, views: shapely.STRtree) -> IntArray:
+    """Count the lines of sight through each of some shapes."""
+    return np.bincount(views.query(shapes, predicate="intersects")[0], minlength=len(shapes))
+
+
+def _only(there: FeatureMap, other: FeatureMap) -> list[Cylinder]:
+    """Return the cylinders that only one map has."""
     known = shapely.union_all(_discs(other.cylinders, _SAME))
-    only = [each for each in there.cylinders if not shapely.intersects(known, shapely.Point(each.center_xy))]
-    crossed = np.unique(views.query(_discs(only), predicate="intersects")[0])
-    return tuple(only[number] for number in crossed)
+    return [each for each in there.cylinders if not shapely.intersects(known, shapely.Point(each.center_xy))]
+
+
+def _crossed(cylinders: list[Cylinder], views: shapely.STRtree) -> tuple[Cylinder, ...]:
+    """Return the cylinders in the place of which there were none."""
+    counts = _crossings(_discs(cylinders), views)
+    return tuple(each for each, count in zip(cylinders, counts, strict=True) if count > 1)
 
 
 def _lines(walls: Iterable[Wall]) -> _Shapes:

@@ -1,6 +1,7 @@
 """A map from which the map of another recording goes on: ``map.json`` with ``prior.npz`` beside it."""
 
 from dataclasses import dataclass
+from hashlib import sha256
 from os import PathLike
 from pathlib import Path
 
@@ -18,6 +19,7 @@ __all__ = ["PRIOR", "KnownPlace", "read_start", "write_prior"]
 PRIOR = "prior.npz"
 # Version of the arrays; others are refused.
 _VERSION = 1.0
+_REMEDY = "make the map again with echoplan map"
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -58,20 +60,30 @@ def read_start(path: str | PathLike[str]) -> KnownPlace:
         If a file is missing, cannot be read or does not fit.
     """
     feature_map = read_map(path)
-    beside = (Path(path) if Path(path).is_dir() else Path(path).parent) / PRIOR
+    file = Path(path) / "map.json" if Path(path).is_dir() else Path(path)
+    beside = file.parent / PRIOR
     if not beside.exists():
         problem = "it is missing: the map was made by another method than joint, or by an older version"
-        raise InputError(beside, problem, remedy="make the map again with echoplan map")
+        raise InputError(beside, problem, remedy=_REMEDY)
     arrays = read_arrays(beside)
     if arrays.get("version", np.zeros(0)).tolist() != [_VERSION]:
-        raise InputError(beside, "it is of another version", remedy="make the map again with echoplan map")
+        raise InputError(beside, "it is of another version", remedy=_REMEDY)
+    if arrays.get("map_digest", np.zeros(0)).tolist() != _digest_of(file):
+        raise InputError(beside, f"it is of another map than {file.name}, or one of them was changed", remedy=_REMEDY)
     try:
         origin_xy = checked_floats(arrays.get("origin", np.zeros(0)), name="origin", shape=(2,))
         return KnownPlace(feature_map=feature_map, prior=prior_of_arrays(arrays), origin_xy=origin_xy)
     except InvalidValueError as error:
-        raise InputError(beside, str(error), remedy="make the map again with echoplan map") from None
+        raise InputError(beside, str(error), remedy=_REMEDY) from None
 
 
-def write_prior(path: Path, prior: MarginalPrior, *, origin_xy: FloatArray) -> None:
-    """Write what another recording needs to go on from a map."""
-    write_arrays(path, {"version": np.array([_VERSION]), "origin": origin_xy, **arrays_of(prior)})
+def write_prior(folder: Path, prior: MarginalPrior, *, origin_xy: FloatArray) -> None:
+    """Write what another recording needs to go on from the ``map.json`` of a folder."""
+    digest = np.array(_digest_of(folder / "map.json"), dtype=np.float64)
+    arrays = {"version": np.array([_VERSION]), "map_digest": digest, "origin": origin_xy, **arrays_of(prior)}
+    write_arrays(folder / PRIOR, arrays)
+
+
+def _digest_of(file: Path) -> list[int]:
+    """Return the SHA-256 digest of a file."""
+    return list(sha256(file.read_bytes()).digest())

@@ -48,8 +48,8 @@ def test_a_path_of_two_recordings_keeps_its_gap(arrays: dict[str, FloatArray]) -
 
 
 def test_a_prior_without_landmarks_is_saved() -> None:
-    read = prior_of_arrays(arrays_of(MarginalPrior(noise=0.003)))
-    assert (len(read.features), read.noise) == (0, 0.003)
+    read = prior_of_arrays(arrays_of(MarginalPrior(noise=0.003, range_scale=0.01)))
+    assert (len(read.features), read.noise, read.range_scale) == (0, 0.003, 0.01)
 
 
 @pytest.mark.parametrize(

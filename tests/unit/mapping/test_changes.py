@@ -53,10 +53,20 @@ def test_a_single_view_through_a_wall_does_not_make_it_new() -> None:
     assert not changes(room(EAST), room(EAST, BOX), earlier=VIEW[:1])
 
 
-def test_a_wall_that_nobody_looked_for_is_neither() -> None:
-    nothing = np.zeros((0, 2, 2))
-    assert not changes(room(EAST), room(EAST, BOX), earlier=nothing)
-    assert not changes(room(EAST, BOX), room(EAST), later=nothing)
+def test_a_wall_that_is_no_longer_in_the_map_is_gone_without_a_view_through_it() -> None:
+    found = changes(room(EAST, BOX), room(EAST), later=np.zeros((0, 2, 2)))
+    assert np.array_equal(found.gone_walls, [BOX])
+
+
+def test_a_wall_where_nobody_looked_before_is_not_new() -> None:
+    assert not changes(room(EAST), room(EAST, BOX), earlier=np.zeros((0, 2, 2)))
+
+
+def test_the_end_of_a_wall_is_gone_only_if_the_robot_measured_through_it() -> None:
+    long, short = [[2.0, -2.0], [2.0, 2.0]], [[2.0, -2.0], [2.0, -0.5]]
+    most = [[2.0, -2.0], [2.0, 1.0]]
+    assert not changes(room(EAST, long), room(EAST, most), later=np.zeros((0, 2, 2)))
+    assert changes(room(EAST, long), room(EAST, short)).gone_walls
 
 
 def test_later_views_begin_at_no_earlier_station() -> None:
@@ -89,13 +99,14 @@ def test_the_wall_that_a_view_ends_at_is_not_crossed() -> None:
 
 
 def test_cylinders_are_gone_and_new() -> None:
-    found = changes(room(EAST, cylinders=(pillar(1.0, 0.1),)), room(EAST, cylinders=(pillar(3.0, 0.0),)))
+    found = changes(room(EAST, cylinders=(pillar(1.0, 0.1),)), room(EAST, cylinders=(pillar(3.0, 0.1),)))
     assert [each.center_xy.tolist() for each in found.gone_cylinders] == [[1.0, 0.1]]
-    assert [each.center_xy.tolist() for each in found.new_cylinders] == [[3.0, 0.0]]
+    assert [each.center_xy.tolist() for each in found.new_cylinders] == [[3.0, 0.1]]
 
 
-def test_a_cylinder_beside_all_views_is_neither() -> None:
-    assert not changes(room(EAST, cylinders=(pillar(1.0, 2.0),)), room(EAST, cylinders=(pillar(3.0, -2.0),)))
+def test_a_cylinder_beside_all_views_is_not_new() -> None:
+    found = changes(room(EAST, cylinders=(pillar(1.0, 2.0),)), room(EAST, cylinders=(pillar(3.0, -2.0),)))
+    assert (len(found.gone_cylinders), len(found.new_cylinders)) == (1, 0)
 
 
 def test_empty_maps_have_no_changes() -> None:
