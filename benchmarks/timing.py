@@ -23,8 +23,8 @@ from echoplan.cli.terminal import show, tracked
 from echoplan.evaluation import Evaluation, evaluate
 from echoplan.joint.mapper import JointMapper, JointSettings
 from echoplan.joint.settings import PoseMode
-from echoplan.mapping import OnlineMapper
 from echoplan.model import Table
+from echoplan.online import OnlineMapper
 from echoplan.simulation import Simulation
 from library.rooms import ARRAY, Drive, random_drive, random_simulation
 

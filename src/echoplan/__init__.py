@@ -56,7 +56,7 @@ if TYPE_CHECKING:
     from echoplan.evaluation import Evaluation
     from echoplan.io import builtin_rig, read_map, read_truth, write_recording
     from echoplan.joint.mapper import JointMapper, JointSettings
-    from echoplan.mapping import LocateResult, MapResult, OnlineMapper
+    from echoplan.mapping import LocateResult, MapResult
     from echoplan.methods import METHODS
     from echoplan.model import (
         Changes,
@@ -76,6 +76,7 @@ if TYPE_CHECKING:
         Verdict,
         Wall,
     )
+    from echoplan.online import OnlineMapper
     from echoplan.simulation import Simulation, SimulationSettings
     from echoplan.sources import find_rig
 
@@ -139,7 +140,7 @@ _HOMES = {
     "echoplan.evaluation": ("Evaluation",),
     "echoplan.io": ("builtin_rig", "read_map", "read_truth", "write_recording"),
     "echoplan.joint.mapper": ("JointMapper", "JointSettings"),
-    "echoplan.mapping": ("LocateResult", "MapResult", "OnlineMapper"),
+    "echoplan.mapping": ("LocateResult", "MapResult"),
     "echoplan.methods": ("METHODS",),
     "echoplan.model": (
         "Changes",
@@ -159,6 +160,7 @@ _HOMES = {
         "Verdict",
         "Wall",
     ),
+    "echoplan.online": ("OnlineMapper",),
     "echoplan.simulation": ("Simulation", "SimulationSettings"),
     "echoplan.sources": ("find_rig",),
 }

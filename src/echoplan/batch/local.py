@@ -13,7 +13,7 @@ from typing import ParamSpec, TypeVar
 
 from threadpoolctl import threadpool_limits
 
-__all__ = ["LocalProcesses"]
+__all__ = ["LocalProcesses", "prepare_process"]
 
 # Between two looks at whether all processes have ended [s].
 _MOMENT = 0.01
@@ -76,10 +76,11 @@ class LocalProcesses(Executor):
 
 def _new_process() -> ProcessPoolExecutor:
     """Prepare a process that starts with its first call, from nothing: a fork would copy locks of running threads."""
-    return ProcessPoolExecutor(max_workers=1, mp_context=get_context("spawn"), initializer=_prepare)
+    return ProcessPoolExecutor(max_workers=1, mp_context=get_context("spawn"), initializer=prepare_process)
 
 
-def _prepare() -> None:
+def prepare_process() -> None:
+    """Prepare a worker process: it ends with its parent and at an interrupt, and has one thread."""
     # A terminal interrupts all processes at once; the first one says what is to say.
     signal(SIGINT, SIG_DFL)
     Thread(target=_end_with_parent, daemon=True).start()

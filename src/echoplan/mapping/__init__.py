@@ -3,7 +3,6 @@
 from echoplan.mapping.exports import EXPORTS, Exportable, ExportFormat, export_formats, export_map
 from echoplan.mapping.folder import PICTURES, RESULTS, results_folder
 from echoplan.mapping.locate import LOCATED, LocateResult, locate_source, located_formats
-from echoplan.mapping.online import OnlineMapper
 from echoplan.mapping.progress import SILENT, Progress
 from echoplan.mapping.result import MapResult
 from echoplan.mapping.run import map_source
@@ -20,7 +19,6 @@ __all__ = [
     "Exportable",
     "LocateResult",
     "MapResult",
-    "OnlineMapper",
     "Progress",
     "export_formats",
     "export_map",

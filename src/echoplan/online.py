@@ -12,7 +12,8 @@ from typing import Self
 import numpy as np
 
 from echoplan.arrays import FloatArray
-from echoplan.errors import EchoplanError
+from echoplan.batch.local import prepare_process
+from echoplan.errors import EchoplanError, InvalidValueError
 from echoplan.geometry import compose, invert
 from echoplan.joint.mapper import JointMapper, JointSettings
 from echoplan.methods import LocalMapper, check_order
@@ -33,9 +34,9 @@ class _Snapshot:
 class OnlineMapper:
     """Maps while a robot drives.
 
-    Every call returns within milliseconds: a process beside the caller does the work, and makes a new map whenever it
-    has mapped the sweeps of the one before.  Readings of faulty sensors are not removed, as that takes the whole
-    recording.
+    ``add``, ``result`` and ``map_from_odom`` return within milliseconds: a process beside the caller does the work, and
+    makes a new map whenever it has mapped the sweeps of the one before.  Readings of faulty sensors are not removed, as
+    that takes the whole recording.  In a script, use it below ``if __name__ == "__main__":``.
 
     Parameters
     ----------
@@ -43,6 +44,11 @@ class OnlineMapper:
         Sensors that make the sweeps.
     settings : JointSettings, optional
         Settings of joint.
+
+    Raises
+    ------
+    InvalidValueError
+        If the settings are of another type.
 
     Examples
     --------
@@ -57,19 +63,21 @@ class OnlineMapper:
     """
 
     def __init__(self, rig: Rig, settings: JointSettings | None = None) -> None:
+        if settings is not None and not isinstance(settings, JointSettings):
+            raise InvalidValueError(f"the settings must be JointSettings, not {type(settings).__name__}")
         self.rig = rig
         self._lock = threading.Condition()
         self._waiting: list[Sweep] = []
         self._last: Sweep | None = None
         self._added = 0
-        self._is_busy = False
+        self._is_busy = self._is_closed = False
         self._snapshot = _Snapshot(feature_map=FeatureMap(method="joint"), sweeps=0, map_from_odom=np.zeros(3))
         self._failure: BaseException | None = None
         self._process = ProcessPoolExecutor(
             1, mp_context=get_context("spawn"), initializer=_begin, initargs=(rig, settings or JointSettings())
         )
         # The process starts now, and not with the first sweep.
-        self._process.submit(_begun)
+        self._start = self._process.submit(_begun)
 
     def __enter__(self) -> Self:
         """Begin to map."""
@@ -109,6 +117,7 @@ class OnlineMapper:
             self._added += 1
             if not self._is_busy:
                 self._map_waiting()
+        self._check()
 
     def result(self) -> FeatureMap:
         """Return the newest map, which may lack the last ``behind`` sweeps; an empty one before the first.
@@ -166,39 +175,54 @@ class OnlineMapper:
         return self.result()
 
     def close(self) -> None:
-        """End the process; what is not mapped yet is lost."""
+        """End the process, once it has made the map that it is making; what is not mapped yet is lost."""
         with self._lock:
+            self._is_closed = True
             self._waiting.clear()
         self._process.shutdown(wait=True, cancel_futures=True)
 
     def _map_waiting(self) -> None:
-        sweeps, self._waiting, self._is_busy = self._waiting, [], True
-        self._process.submit(_mapped, sweeps).add_done_callback(self._take)
+        try:
+            mapping = self._process.submit(_mapped, self._waiting)
+        except BrokenProcessPool as error:
+            self._failure = error
+            return
+        self._waiting, self._is_busy = [], True
+        mapping.add_done_callback(self._take)
 
-    def _take(self, done: "Future[_Snapshot]") -> None:
+    def _take(self, done: Future[_Snapshot]) -> None:
         """Keep a new map, and let the sweeps that came in the meantime be mapped."""
         with self._lock:
             self._is_busy = False
-            if done.cancelled() or done.exception() is not None:
-                self._failure = None if done.cancelled() else done.exception()
-            else:
-                self._snapshot = done.result()
-                if self._waiting:
-                    self._map_waiting()
+            if not done.cancelled():
+                self._failure = done.exception()
+                if self._failure is None:
+                    self._snapshot = done.result()
+                    if self._waiting:
+                        self._map_waiting()
             self._lock.notify_all()
 
     def _check(self) -> None:
+        """Raise what went wrong since the last call."""
+        if self._is_closed:
+            raise EchoplanError("the mapper is closed; make a new one")
         if isinstance(self._failure, BrokenProcessPool):
-            raise EchoplanError("the process that maps was ended from outside; make a new mapper")
-        if self._failure is not None:
+            if self._start.exception() is None:
+                raise EchoplanError("the process that maps was ended from outside; make a new mapper")
+            remedy = 'in a script, put the calls below `if __name__ == "__main__":`'
+            raise EchoplanError(f"the process that maps could not start; {remedy}")
+        if isinstance(self._failure, EchoplanError):
             raise self._failure
+        if self._failure is not None:
+            raise EchoplanError(f"the process that maps failed: {self._failure!r}")
 
 
-# The mapper of the process, and the number of sweeps in it.
+# The mapper of the process: the functions that an executor calls there share nothing else.
 _mapper: list[LocalMapper] = []
 
 
 def _begin(rig: Rig, settings: JointSettings) -> None:
+    prepare_process()
     _mapper.append(LocalMapper(JointMapper(rig, settings), rig))
 
 

@@ -14,8 +14,8 @@ from echoplan.errors import EchoplanError, InvalidValueError, UnknownNameError
 from echoplan.geometry import compose
 from echoplan.joint.mapper import JointMapper, JointSettings
 from echoplan.joint.settings import PoseMode
-from echoplan.mapping.online import OnlineMapper
 from echoplan.methods import map_sweeps
+from echoplan.online import OnlineMapper
 from echoplan.simulation import OdometryNoise, SimulationSettings
 
 
@@ -101,11 +101,34 @@ def test_waiting_ends_after_the_time_that_is_given(room: ep.Simulation, mapper: 
 
 
 def test_a_process_that_was_killed_is_named(room: ep.Simulation, mapper: OnlineMapper) -> None:
-    sweeps = tuple(room)
-    mapper.add(sweeps[0])
-    mapper.finish()
+    first, second, *_ = room
+    mapper.add(first)
+    mapper.finish(timeout=60.0)
     (child,) = mapper._process._processes
     os.kill(child, signal.SIGKILL)
-    mapper.add(sweeps[1])
     with pytest.raises(EchoplanError, match="the process that maps was ended from outside"):
-        mapper.finish()
+        add_and_finish(mapper, second)
+    # And so it remains.
+    with pytest.raises(EchoplanError, match="the process that maps was ended from outside"):
+        mapper.finish(timeout=60.0)
+
+
+def add_and_finish(mapper: OnlineMapper, sweep: ep.Sweep) -> None:
+    """Whichever notices first that the process is gone says so."""
+    mapper.add(sweep)
+    mapper.finish(timeout=60.0)
+
+
+def test_a_closed_mapper_says_so(room: ep.Simulation) -> None:
+    mapper = OnlineMapper(room.rig)
+    for sweep in room:
+        mapper.add(sweep)
+    mapper.close()
+    for call in (mapper.finish, mapper.result, lambda: mapper.add(next(iter(room)))):
+        with pytest.raises(EchoplanError, match="the mapper is closed"):
+            call()
+
+
+def test_settings_of_another_type_are_refused_at_once(room: ep.Simulation) -> None:
+    with pytest.raises(InvalidValueError, match="the settings must be JointSettings, not dict"):
+        OnlineMapper(room.rig, {"poses": "trust"})  # type: ignore[arg-type]
