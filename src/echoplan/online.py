@@ -77,7 +77,7 @@ class OnlineMapper:
             1, mp_context=get_context("spawn"), initializer=_begin, initargs=(rig, settings or JointSettings())
         )
         # The process starts now, and not with the first sweep.
-        self._start = self._process.submit(_begun)
+        self._start = self._process.submit(bool)
 
     def __enter__(self) -> Self:
         """Begin to map."""
@@ -224,10 +224,6 @@ _mapper: list[LocalMapper] = []
 def _begin(rig: Rig, settings: JointSettings) -> None:
     prepare_process()
     _mapper.append(LocalMapper(JointMapper(rig, settings), rig))
-
-
-def _begun() -> bool:
-    return bool(_mapper)
 
 
 def _mapped(sweeps: Sequence[Sweep]) -> _Snapshot:

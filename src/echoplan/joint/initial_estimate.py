@@ -2,6 +2,7 @@
 
 import math
 
+from echoplan.acoustics.predicted_echo import EchoModel
 from echoplan.arrays import FloatArray
 from echoplan.joint.arcs import find_arcs
 from echoplan.joint.estimate import Estimate, initial_noise
@@ -32,9 +33,7 @@ def initial_estimate(
     """
     marginal_prior = marginal_prior or MarginalPrior()
     resolution = max(sensor.resolution for sensor in rig.sensors)
-    prior = expected_sonar(rig, measurements, marginal_prior.model, walk=settings.walk)
-    if math.isnan(measurements.temperature) and not math.isnan(marginal_prior.range_scale):
-        prior = prior.scaled(marginal_prior.range_scale)
+    prior = _sonar(rig, measurements, marginal_prior, settings)
     recorded = (
         measurements
         if marginal_prior.servo is None
@@ -68,3 +67,13 @@ def initial_estimate(
         beam_prior=marginal_prior.beam_prior,
         effective_sample_ratio=marginal_prior.effective_sample_ratio,
     )
+
+
+def _sonar(
+    rig: Rig, measurements: Measurements, marginal_prior: MarginalPrior, settings: EstimateSettings
+) -> EchoModel:
+    """Return the sonar as expected before any ping; without a thermometer, in air as warm as in earlier recordings."""
+    expected = expected_sonar(rig, measurements, marginal_prior.model, walk=settings.walk)
+    if math.isnan(marginal_prior.range_scale) or not math.isnan(measurements.temperature):
+        return expected
+    return expected.scaled(marginal_prior.range_scale)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from echoplan.acoustics.predicted_echo import Kind
-from echoplan.arrays import FloatArray, checked_floats
+from echoplan.arrays import FloatArray, checked_covariance, checked_floats
 from echoplan.errors import InvalidValueError
 from echoplan.joint.landmarks import PARAMETERS
 from echoplan.joint.likelihood.hypothesis import Hypothesis
@@ -75,10 +75,11 @@ def prior_of_arrays(arrays: Mapping[str, FloatArray]) -> MarginalPrior:
     checked = _Checked(arrays)
     reflectors = checked("landmarks", None, 4)
     kinds = reflectors[:, 0].astype(np.int64)
-    if not np.isin(kinds, [int(kind) for kind in Kind]).all():
+    if not np.isin(reflectors[:, 0], [int(kind) for kind in Kind]).all():
         raise InvalidValueError("landmarks has a class that is not known")
     size, extents = int(PARAMETERS[kinds].sum()), checked("extents", len(kinds), 2)
     noise, issued, range_scale = checked("numbers", 3)
+    information = checked_covariance(checked("information", size, size), name="information", size=size)
     return MarginalPrior(
         features=[
             Hypothesis(
@@ -94,9 +95,7 @@ def prior_of_arrays(arrays: Mapping[str, FloatArray]) -> MarginalPrior:
                 reflectors, extents.tolist(), _histories(checked, len(kinds)), strict=True
             )
         ],
-        summary=InformationPrior(
-            np.arange(size), checked("information", size, size), checked("information_vector", size)
-        ),
+        summary=InformationPrior(np.arange(size), information, checked("information_vector", size)),
         echoes=_corner_echoes(checked),
         noise=float(noise),
         issued=int(issued),

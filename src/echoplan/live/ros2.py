@@ -1,21 +1,24 @@
 """A running ROS 2 as a feed: its robot drives by itself, and gets the map that grows."""
 
+import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from threading import Event as Flag
 
 from echoplan.arrays import FloatArray
-from echoplan.errors import InputError
+from echoplan.errors import EchoplanError
 from echoplan.geometry import compose, identity, invert
 from echoplan.io.ros import BagOptions
-from echoplan.io.ros.series import Role
+from echoplan.io.ros.series import Role, Row
 from echoplan.io.ros.wire import (
     Advance,
     Incoming,
+    Listening,
     MapPublisher,
     Transport,
+    Window,
     WireAddress,
     advance,
     open_transport,
@@ -29,6 +32,8 @@ __all__ = ["Ros2Feed"]
 
 # After so long without a reading, the current sweep is over, and the viewers are told [s].
 _SILENCE, _QUIET = 2.0, "No readings come."
+# After a fault, messages of all sensors are awaited for so long [s].
+_RECOVERY = 5.0
 
 
 class Ros2Feed:
@@ -104,23 +109,20 @@ class Ros2Feed:
     def events(self) -> Iterator[Event]:
         """Yield sweeps as their messages come, until it is closed."""
         yield from self._taken(self._first)
-        window, heard, problem = self._first.window, time.monotonic(), ""
+        reception, problem, last_reading = _Reception(self._first.window, self._listening), "", time.monotonic()
         while not self._closed.is_set():
-            rows = self._incoming.rows()
-            is_new, now = Role.READING in {row.key.role for row in rows}, time.monotonic()
-            heard = max(heard, now * is_new)
-            is_quiet = now - heard > _SILENCE
-            before = problem
+            before, now = problem, time.monotonic()
             try:
-                advanced = advance(window, rows, listening=self._listening, is_silent=is_quiet)
-            except InputError as error:
-                # As after a jump of the clock: begin anew with the next messages.
-                window = window.emptied()
+                rows = self._incoming.rows()
+                is_new = Role.READING in {row.key.role for row in rows}
+                last_reading = now if is_new else last_reading
+                is_quiet = now - last_reading > _SILENCE
+                advanced = reception.take(rows, is_silent=is_quiet)
+            except EchoplanError as error:
                 problem = str(self._incoming.explained(error, self._address))
             else:
-                window = advanced.window
                 yield from self._taken(advanced)
-                problem = _QUIET if is_quiet else before * (not is_new)
+                problem = _problem_after(advanced, before, is_new=is_new, is_quiet=is_quiet)
             if problem != before:
                 yield Notice(text=problem or "Readings come again.", is_problem=bool(problem))
 
@@ -135,6 +137,8 @@ class Ros2Feed:
 
     def publish(self, update: MapUpdate) -> None:
         """Publish a new map, and where odometry lies in it."""
+        for stamp_ns in [each for each in self._odom_from_base if each < update.last_ns]:
+            del self._odom_from_base[stamp_ns]
         odom_from_base = self._odom_from_base.get(update.last_ns)
         if odom_from_base is not None:
             self._map_from_odom = compose(update.map_from_base, invert(odom_from_base))
@@ -146,8 +150,10 @@ class Ros2Feed:
         self._publisher.close()
         self._transport.close()
 
-    def _taken(self, advanced: Advance) -> Iterator[Event]:
+    def _taken(self, advanced: Advance | None) -> Iterator[Event]:
         """Yield the sweeps that new messages brought."""
+        if advanced is None:
+            return
         self._rig = replace(advanced.rig, name=self._rig.name)
         self._publisher.set_clock(advanced.clock_offset_ns)
         for sweep in advanced.finished:
@@ -155,3 +161,37 @@ class Ros2Feed:
             yield Complete(sweep=sweep)
         if advanced.partial is not None:
             yield Partial(sweep=advanced.partial)
+
+
+class _Reception:
+    """Cuts sweeps from messages, and begins anew after a fault, such as a jump of the clock.
+
+    Then messages wait until all sensors came again, for some seconds: some fire once a second only.
+    """
+
+    def __init__(self, window: Window, listening: Listening) -> None:
+        self._window = window
+        self._listening = listening
+        self._waiting: list[Row] = []
+        self._begun_anew = -math.inf
+
+    def take(self, rows: Sequence[Row], *, is_silent: bool) -> Advance | None:
+        """Return what messages bring; None while they wait for others."""
+        now = time.monotonic()
+        try:
+            advanced = advance(self._window, [*self._waiting, *rows], listening=self._listening, is_silent=is_silent)
+        except EchoplanError:
+            if now - self._begun_anew < _RECOVERY:
+                self._waiting += rows
+                return None
+            self._window, self._waiting, self._begun_anew = self._window.emptied(), [], now
+            raise
+        self._window, self._waiting, self._begun_anew = advanced.window, [], -math.inf
+        return advanced
+
+
+def _problem_after(advanced: Advance | None, before: str, *, is_new: bool, is_quiet: bool) -> str:
+    """Return what viewers are told after messages were taken."""
+    if is_quiet:
+        return _QUIET
+    return "" if is_new and advanced is not None else before

@@ -88,13 +88,17 @@ def find_changes(
     Changes
         What is gone, and what is new.
     """
-    views_before, views_after = _trimmed(earlier), _trimmed(later)
+    views = _trimmed(earlier)
+    pieces, _ = _pieces(after, before)
+    cylinders = _only(after, before)
+    # A single view may be an error, so something is new only if two led through its place.
+    is_new, is_new_cylinder = _crossings(pieces, views) > 1, _crossings(_discs(cylinders), views) > 1
     return Changes(
         recording=recording,
-        gone_walls=_gone(before, after, views_after),
+        gone_walls=_gone(before, after, _trimmed(later)),
         gone_cylinders=tuple(_only(before, after)),
-        new_walls=_new(before, after, views_before),
-        new_cylinders=_crossed(_only(after, before), views_before),
+        new_walls=tuple(shapely.get_coordinates(pieces[is_new]).reshape(-1, 2, 2)),
+        new_cylinders=tuple(cylinders[number] for number in np.flatnonzero(is_new_cylinder)),
     )
 
 
@@ -115,15 +119,6 @@ def _gone(before: FeatureMap, after: FeatureMap, views: shapely.STRtree) -> tupl
     return tuple(shapely.get_coordinates(pieces[is_gone]).reshape(-1, 2, 2))
 
 
-def _new(before: FeatureMap, after: FeatureMap, views: shapely.STRtree) -> tuple[FloatArray, ...]:
-    """Return the walls, or pieces of walls, in the place of which there were none, shape (2, 2) [m] each.
-
-    A single view may be an error, so two are required.
-    """
-    pieces, _ = _pieces(after, before)
-    return tuple(shapely.get_coordinates(pieces[_crossings(pieces, views) > 1]).reshape(-1, 2, 2))
-
-
 def _pieces(there: FeatureMap, other: FeatureMap) -> tuple[_Shapes, IntArray]:
     """Return the pieces of walls that only one map has, and the numbers of their walls."""
     known = shapely.union_all(shapely.buffer(_lines(other.walls), _SAME))
@@ -141,12 +136,6 @@ def _only(there: FeatureMap, other: FeatureMap) -> list[Cylinder]:
     """Return the cylinders that only one map has."""
     known = shapely.union_all(_discs(other.cylinders, _SAME))
     return [each for each in there.cylinders if not shapely.intersects(known, shapely.Point(each.center_xy))]
-
-
-def _crossed(cylinders: list[Cylinder], views: shapely.STRtree) -> tuple[Cylinder, ...]:
-    """Return the cylinders in the place of which there were none."""
-    counts = _crossings(_discs(cylinders), views)
-    return tuple(each for each, count in zip(cylinders, counts, strict=True) if count > 1)
 
 
 def _lines(walls: Iterable[Wall]) -> _Shapes:

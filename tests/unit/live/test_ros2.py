@@ -1,7 +1,8 @@
 """A running ROS 2 as a feed: it waits for the robot, follows it, and says what is missing."""
 
+import time
 from collections.abc import Iterator
-from threading import Timer
+from threading import Thread, Timer
 from typing import Any
 
 import numpy as np
@@ -95,6 +96,28 @@ def test_after_a_jump_of_the_clock_it_says_so_and_goes_on() -> None:
     feed.close()
 
 
+def test_after_one_late_stamp_it_waits_until_all_sensors_came_again() -> None:
+    transport = FakeTransport(driven())
+    feed = joined(transport)
+    events = feed.events()
+    until(events, Complete)
+    late = [each for each in driven(start_ns=NOON_NS - 60 * SECOND) if each.topic == "/sonar_0"]
+    transport.send(late[:1])
+    assert until(events, Notice).is_problem
+    # Messages come so slowly that most batches lack a sensor.
+    later = [each for each in driven(start_ns=NOON_NS + 60 * SECOND) if each.topic != "/tf_static"]
+
+    def send_slowly() -> None:
+        for each in later[:8]:
+            transport.send([each])
+            time.sleep(0.3)
+        transport.send(later[8:])
+
+    Thread(target=send_slowly).start()
+    assert until(events, Notice) == Notice(text="Readings come again.")
+    feed.close()
+
+
 def test_silence_ends_the_current_sweep_and_is_told() -> None:
     feed = joined(FakeTransport(driven()))
     count, events = 0, feed.events()
@@ -115,9 +138,9 @@ def test_odometry_is_placed_where_the_map_has_the_robot() -> None:
     shifted = sweep.station + np.array([0.5, -0.25, 0.0])
     last_ns = int(sweep.stamps_ns[-1])
     feed.publish(MapUpdate(feature_map=house, grid=grid_from_map(house), last_ns=last_ns, map_from_base=shifted))
-    count = len(transport.published["/tf"])
+    count, patience = len(transport.published["/tf"]), time.monotonic() + 10.0
     while len(transport.published["/tf"]) < count + 2:
-        pass
+        assert time.monotonic() < patience
     feed.close()
     (last,) = transport.published["/tf"][-1].transforms
     np.testing.assert_allclose([last.transform.translation.x, last.transform.translation.y], [0.5, -0.25], atol=1e-9)
