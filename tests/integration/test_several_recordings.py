@@ -78,7 +78,7 @@ def test_a_recording_that_shares_too_little_is_refused(
     other = written(tmp_path / "other", list(flat)[22:], rig=flat.rig, away=AWAY)
     done = echoplan("map", recordings[0], other, "--out", tmp_path / "map")
     assert done.status == 2
-    assert "other: it begins where the recordings before it show too little" in done.err
+    assert "other: it begins where the map so far shows too little" in done.err
     assert done.err.count("\n") == 1
     assert not (tmp_path / "map").exists()
 
@@ -140,6 +140,7 @@ def test_the_run_names_the_map_from_which_it_goes_on(first: Path, gone_on: Path)
         (["--method", "rcd"], "first", "--start: rcd cannot go on from a map; use joint"),
         (["--poses", "trust"], "first", "--poses: the poses of a recording that goes on from another one"),
         ([], "nowhere", "nowhere"),
+        ([], "first/map.svg", "map.svg: it is no map; name the folder of a map, or its map.json"),
     ],
 )
 def test_what_cannot_go_on_is_refused_in_one_line(
@@ -181,7 +182,7 @@ def test_a_cupboard_that_was_moved_is_reported(tmp_path: Path) -> None:
     room = Polyline(
         points_xy=np.array([[0.0, 0.0], [5.0, 0.0], [5.0, 4.0], [1.2, 4.0], [1.2, 3.0], [0.0, 3.0]]), closed=True
     )
-    positions = [[1.6, 0.7], [3.2, 0.8], [4.4, 0.6], [4.3, 2.5], [3.6, 3.4], [2.4, 3.2], [1.7, 2.7], [0.7, 1.6]]
+    positions = [[1.6, 0.7], [3.2, 1.2], [4.4, 0.6], [4.3, 2.5], [3.6, 3.4], [2.4, 3.2], [1.7, 2.7], [0.7, 1.6]]
     poses = np.array([[x, y, 0.5 * number] for number, (x, y) in enumerate([*positions, [1.9, 0.5], [3.4, 1.5]])])
     shape, folders = np.array([[0.0, 0.0], [0.8, 0.0], [0.8, 0.5], [0.0, 0.5]]), []
     cupboards = [shape + np.array(place) for place in ((1.4, 1.4), (3.0, 2.2))]

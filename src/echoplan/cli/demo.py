@@ -52,9 +52,9 @@ def run(
     Example: echoplan demo --seed 1
     """
     from echoplan.io import check_folder  # noqa: PLC0415 - --help must not wait for NumPy
-    from echoplan.mapping import RESULTS  # noqa: PLC0415
+    from echoplan.mapping import PRIOR, RESULTS  # noqa: PLC0415
 
-    check_folder(out, RESULTS)
+    check_folder(out, [*RESULTS, PRIOR])
     (_map_paper_room if paper else _map_flat)(out, seed)
     put(f"Now open {out / 'report.html'} in a browser.")
 

@@ -57,10 +57,10 @@ def run(
 
     from echoplan.io import check_folder  # noqa: PLC0415
     from echoplan.live import run_live  # noqa: PLC0415
-    from echoplan.mapping import RESULTS  # noqa: PLC0415
+    from echoplan.mapping import PRIOR, RESULTS  # noqa: PLC0415
 
     if out is not None:
-        check_folder(out, RESULTS)
+        check_folder(out, [*RESULTS, PRIOR])
     feed = _open(source, bag=bag_options(topic, odom, field, mount), speed=speed, sweeps=sweeps)
     shown = browser and sys.stdout.isatty()
 

@@ -104,7 +104,7 @@ def _say_why(decisions: "Definitions") -> None:
     for name, text in decisions.items:
         put(f"{name}: {text}")
     if not decisions.items:
-        put("This method records no decisions about landmarks; joint does.")
+        put("No decision was recorded: no landmark was added or removed, or the method records none; joint does.")
 
 
 def _warn_if_failed(feature_map: "FeatureMap", *, strict: bool) -> None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from echoplan.acoustics.predicted_echo import Kind
-from echoplan.arrays import FloatArray, checked_covariance, checked_floats
+from echoplan.arrays import FloatArray, checked_floats
 from echoplan.errors import InvalidValueError
 from echoplan.joint.landmarks import PARAMETERS
 from echoplan.joint.likelihood.hypothesis import Hypothesis
@@ -79,7 +79,12 @@ def prior_of_arrays(arrays: Mapping[str, FloatArray]) -> MarginalPrior:
         raise InvalidValueError("landmarks has a class that is not known")
     size, extents = int(PARAMETERS[kinds].sum()), checked("extents", len(kinds), 2)
     noise, issued, range_scale = checked("numbers", 3)
-    information = checked_covariance(checked("information", size, size), name="information", size=size)
+    information = checked("information", size, size)
+    scale = float(np.abs(information).max(initial=1.0))
+    if not np.allclose(information, information.T, rtol=0.0, atol=1e-9 * scale) or (
+        size and np.linalg.eigvalsh(information)[0] < -1e-9 * scale
+    ):
+        raise InvalidValueError("information must be symmetric, without negative eigenvalues")
     return MarginalPrior(
         features=[
             Hypothesis(

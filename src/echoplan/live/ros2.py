@@ -30,7 +30,7 @@ from echoplan.model import Rig
 
 __all__ = ["Ros2Feed"]
 
-# After so long without a reading, the current sweep is over, and the viewers are told [s].
+# After so long without a reading, the current sweep is over, and the page says so [s].
 _SILENCE, _QUIET = 2.0, "No readings come."
 # After a fault, messages of all sensors are awaited for so long [s].
 _RECOVERY = 5.0
@@ -191,7 +191,7 @@ class _Reception:
 
 
 def _problem_after(advanced: Advance | None, before: str, *, is_new: bool, is_quiet: bool) -> str:
-    """Return what viewers are told after messages were taken."""
+    """Return what the page says is wrong, after messages were taken."""
     if is_quiet:
         return _QUIET
     return "" if is_new and advanced is not None else before

@@ -25,6 +25,8 @@ _Shapes: TypeAlias = NDArray[Any]
 _SAME = 0.05
 # Shortest piece of a wall that counts as changed [m]: the ends of walls are less certain than their lines.
 _SHORTEST = 0.2
+# Half the distance up to which two pieces are joined [m]: corners of walls may be off by that.
+_JOINED = 0.1
 # What a view must extend beyond a piece on both sides, so that the robot surely measured through it [m].
 _BEYOND = 0.1
 
@@ -92,7 +94,7 @@ def find_changes(
     pieces, _ = _pieces(after, before)
     cylinders = _only(after, before)
     # A single view may be an error, so something is new only if two led through its place.
-    is_new, is_new_cylinder = _crossings(pieces, views) > 1, _crossings(_discs(cylinders), views) > 1
+    is_new, is_new_cylinder = _crossings(_bodies(pieces), views) > 1, _crossings(_discs(cylinders), views) > 1
     return Changes(
         recording=recording,
         gone_walls=_gone(before, after, _trimmed(later)),
@@ -125,6 +127,15 @@ def _pieces(there: FeatureMap, other: FeatureMap) -> tuple[_Shapes, IntArray]:
     pieces, owners = shapely.get_parts(shapely.difference(_lines(there.walls), known), return_index=True)
     is_long = shapely.length(pieces) >= _SHORTEST
     return pieces[is_long], owners[is_long]
+
+
+def _bodies(pieces: _Shapes) -> _Shapes:
+    """Return for each piece all pieces that it is joined to, as the sides of a cupboard are."""
+    bodies = shapely.STRtree(shapely.get_parts(shapely.union_all(shapely.buffer(pieces, _JOINED))))
+    numbers, owners = bodies.query(pieces, predicate="intersects")
+    joined = [shapely.union_all(pieces[numbers[owners == owner]]) for owner in range(len(bodies))]
+    found: _Shapes = np.array([joined[owner] for owner in owners[np.argsort(numbers)]], dtype=object)
+    return found
 
 
 def _crossings(shapes: _Shapes, views: shapely.STRtree) -> IntArray:

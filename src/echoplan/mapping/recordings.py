@@ -193,7 +193,7 @@ def _start(name: str, sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig) -
             found = _located(first, known=known, rig=rig, start=start)
             if found is not None:
                 return found
-    problem = "it begins where the recordings before it show too little, or in one of several places that look alike"
+    problem = "it begins where the map so far shows too little, or in one of several places that look alike"
     raise InputError(name, problem, remedy="begin each recording where another one was, or map it alone")
 
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from hashlib import sha256
-from os import PathLike
+from os import PathLike, fspath
 from pathlib import Path
 
 import numpy as np
@@ -59,6 +59,8 @@ def read_start(path: str | PathLike[str]) -> KnownPlace:
     InputError
         If a file is missing, cannot be read or does not fit.
     """
+    if Path(path).is_file() and Path(path).suffix != ".json":
+        raise InputError(fspath(path), "it is no map", remedy="name the folder of a map, or its map.json")
     feature_map = read_map(path)
     file = Path(path) / "map.json" if Path(path).is_dir() else Path(path)
     beside = file.parent / PRIOR

@@ -74,3 +74,11 @@ def test_an_unknown_kind_of_landmark_is_refused(arrays: dict[str, FloatArray]) -
 
 def test_nothing_is_known_before_the_first_echo() -> None:
     assert JointMapper(builtin_rig("rotary-array")).prior() is None
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_what_is_no_information_matrix_is_refused(arrays: dict[str, FloatArray], sign: float) -> None:
+    information = sign * arrays["information"]
+    information[0, 1] += 0.1 * information[0, 0] * (sign > 0.0)
+    with pytest.raises(InvalidValueError, match="information must be symmetric"):
+        prior_of_arrays({**arrays, "information": information})

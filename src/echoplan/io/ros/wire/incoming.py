@@ -25,7 +25,7 @@ __all__ = ["Incoming", "Start", "wait_for_sweeps"]
 
 # Time between two looks at what came [s].
 _MOMENT = 0.2
-# After this time the user is told what is missing; and so long sensors and topics may follow the first ones [s].
+# After this time it is reported what is missing; and so long sensors and topics may follow the first ones [s].
 _REPORTED, _SETTLED = 3.0, 2.0
 # What errors and notes about the messages call their source, as they would a bag.
 _PATH = Path("ROS 2")
@@ -156,7 +156,7 @@ def wait_for_sweeps(incoming: Incoming, address: WireAddress, *, report: Callabl
     UnknownNameError
         If a topic that the user names is not there.
     """
-    begin, found_at, told = time.monotonic(), 0.0, ""
+    begin, found_at, reported = time.monotonic(), 0.0, ""
     rows: list[Row] = []
     while True:
         problem: EchoplanError | None = None
@@ -174,6 +174,6 @@ def wait_for_sweeps(incoming: Incoming, address: WireAddress, *, report: Callabl
             continue
         if now >= address.wait:
             raise problem
-        if now >= _REPORTED and str(problem) != told:
-            told = str(problem)
-            report(f"Waiting for up to {address.wait:g} s: {told}")
+        if now >= _REPORTED and str(problem) != reported:
+            reported = str(problem)
+            report(f"Waiting for up to {address.wait:g} s: {reported}")
