@@ -124,7 +124,13 @@ def assert_published(messages: dict[str, list[Any]], expected: MapResult) -> Non
 @pytest.mark.parametrize(
     ("address", "problem"),
     [
-        pytest.param(f"{DDS}&wait=0", f"no topics were found in domain {DOMAIN}; start the robot", marks=needs_dds),
+        # The domain differs from process to process, and the names of tests must not.
+        pytest.param(
+            f"{DDS}&wait=0",
+            f"no topics were found in domain {DOMAIN}; start the robot",
+            marks=needs_dds,
+            id="a domain without topics",
+        ),
         pytest.param("ros2://none.invalid", "the host none.invalid was not found; check its name", marks=needs_dds),
         pytest.param("ros2+zenoh://127.0.0.1:1", "no Zenoh answers at 127.0.0.1:1; start its", marks=needs_zenoh),
         ("ros2://?domain=x", "domain: 'x' is not a whole number from 0 to 232; write for example domain=5"),
