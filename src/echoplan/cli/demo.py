@@ -182,7 +182,7 @@ def _paper_figures(result: "MapResult") -> "tuple[Picture, ...]":
 
 def _write(out: Path, result: "MapResult", simulation: "Simulation", pictures: "tuple[Picture, ...]") -> None:
     from echoplan.io import write_bytes, write_recording, write_truth  # noqa: PLC0415
-    from echoplan.mapping import PICTURES, RESULTS, results_folder  # noqa: PLC0415
+    from echoplan.mapping import PICTURES, PRIOR, RESULTS, results_folder  # noqa: PLC0415
 
     with results_folder(out, result) as draft:
         write_recording(draft / "recording", simulation)
@@ -191,4 +191,4 @@ def _write(out: Path, result: "MapResult", simulation: "Simulation", pictures: "
             write_bytes(draft / PICTURES / f"{picture.name}.png", picture.png)
     report_files(out / "recording", ["pings.csv", "rig.toml", "truth.json"])
     report_files(out / PICTURES, [f"{picture.name}.png" for picture in pictures])
-    report_files(out, RESULTS)
+    report_files(out, RESULTS if result.known is None else [*RESULTS, PRIOR])

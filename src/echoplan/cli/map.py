@@ -104,7 +104,7 @@ def _say_why(decisions: "Definitions") -> None:
     for name, text in decisions.items:
         put(f"{name}: {text}")
     if not decisions.items:
-        put("No decision was recorded: no landmark was added or removed, or the method records none; joint does.")
+        put("No decision about a landmark was recorded. Only joint records when it adds, changes or removes one.")
 
 
 def _warn_if_failed(feature_map: "FeatureMap", *, strict: bool) -> None:

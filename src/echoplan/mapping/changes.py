@@ -20,8 +20,8 @@ __all__ = ["contradicts", "find_changes", "later_views"]
 # Shapes of shapely.
 _Shapes: TypeAlias = NDArray[Any]
 
-# Distance up to which two walls or cylinders are the same one [m]: maps are right to a few millimetres, and what moves
-# less is hardly worth a word.
+# Distance up to which two walls or cylinders are the same one [m]: maps are right to a few millimetres, so what moved
+# farther than that is noticed.
 _SAME = 0.05
 # Shortest piece of a wall that counts as changed [m]: the ends of walls are less certain than their lines.
 _SHORTEST = 0.2

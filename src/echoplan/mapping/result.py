@@ -15,7 +15,7 @@ from echoplan.evaluation import Evaluation, EvaluationSettings, evaluate
 from echoplan.io.truth import as_truth
 from echoplan.mapping.exports import Exportable, export_formats, export_map
 from echoplan.mapping.folder import GRID, RESULTS, results_folder
-from echoplan.mapping.start import PRIOR, KnownPlace
+from echoplan.mapping.start import PRIOR, StartingMap
 from echoplan.model import (
     Corner,
     Cylinder,
@@ -57,7 +57,7 @@ class MapResult:
         What else the report says, before the tables of the evaluation.
     grid : OccupancyGrid, optional
         The grid of a method that maps on one.
-    known : KnownPlace, optional
+    known : StartingMap, optional
         What another recording needs to go on from the map, if its method can.
     """
 
@@ -70,7 +70,7 @@ class MapResult:
     decisions: Definitions = field(default_factory=lambda: Definitions(title="Why", items=()))
     sections: tuple[Section, ...] = ()
     grid: OccupancyGrid | None = None
-    known: KnownPlace | None = None
+    known: StartingMap | None = None
 
     @property
     def feature_map(self) -> FeatureMap:

@@ -17,7 +17,7 @@ from echoplan.joint.trace import collect_events
 from echoplan.mapping.progress import SILENT, Progress
 from echoplan.mapping.recordings import OneOrSeveral, map_recordings, read_recordings
 from echoplan.mapping.result import MapResult
-from echoplan.mapping.start import KnownPlace, read_start
+from echoplan.mapping.start import StartingMap, read_start
 from echoplan.methods import LocalMapper, Method, find_method, grid_of, observations_of
 from echoplan.model import Rig, Sweep, Truth
 from echoplan.sources import conventions_of, find_truth, has_rig_file
@@ -117,11 +117,11 @@ def map_source(
         sweeps=tuple(mapped),
         decisions=decisions,
         grid=grid_of(mapper),
-        known=None if prior is None else KnownPlace(feature_map=found, prior=prior, origin_xy=mapper.origin_xy),
+        known=None if prior is None else StartingMap(feature_map=found, prior=prior, origin_xy=mapper.origin_xy),
     )
 
 
-def _mapper(method: Method, rig: Rig, settings: BaseModel, *, known: KnownPlace | None) -> LocalMapper:
+def _mapper(method: Method, rig: Rig, settings: BaseModel, *, known: StartingMap | None) -> LocalMapper:
     """Return a mapper that begins anew, or that goes on from a map."""
     if known is None:
         return method.build(rig, settings)

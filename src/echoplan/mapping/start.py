@@ -14,7 +14,7 @@ from echoplan.joint.marginal_prior import MarginalPrior
 from echoplan.joint.saved_prior import arrays_of, prior_of_arrays
 from echoplan.model import FeatureMap
 
-__all__ = ["PRIOR", "KnownPlace", "read_start", "write_prior"]
+__all__ = ["PRIOR", "StartingMap", "read_start", "write_prior"]
 
 PRIOR = "prior.npz"
 # Version of the arrays; others are refused.
@@ -23,7 +23,7 @@ _REMEDY = "make the map again with echoplan map"
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class KnownPlace:
+class StartingMap:
     """What is known of a place before a recording.
 
     Parameters
@@ -41,7 +41,7 @@ class KnownPlace:
     origin_xy: FloatArray
 
 
-def read_start(path: str | PathLike[str]) -> KnownPlace:
+def read_start(path: str | PathLike[str]) -> StartingMap:
     """Read a map from which another one is to go on.
 
     Parameters
@@ -51,7 +51,7 @@ def read_start(path: str | PathLike[str]) -> KnownPlace:
 
     Returns
     -------
-    KnownPlace
+    StartingMap
         The map.
 
     Raises
@@ -74,7 +74,7 @@ def read_start(path: str | PathLike[str]) -> KnownPlace:
         raise InputError(beside, f"it is of another map than {file.name}, or one of them was changed", remedy=_REMEDY)
     try:
         origin_xy = checked_floats(arrays.get("origin", np.zeros(0)), name="origin", shape=(2,))
-        return KnownPlace(feature_map=feature_map, prior=prior_of_arrays(arrays), origin_xy=origin_xy)
+        return StartingMap(feature_map=feature_map, prior=prior_of_arrays(arrays), origin_xy=origin_xy)
     except InvalidValueError as error:
         raise InputError(beside, str(error), remedy=_REMEDY) from None
 
