@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from echoplan.arrays import FloatArray
-from echoplan.geometry import compose, invert
+from echoplan.geometry import compose, invert, wrap
 from echoplan.joint.estimate import Estimate
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.optimisation.pose_factors import PosePrior, dead_reckoned
@@ -52,7 +52,11 @@ def _taken_back(
     guess, sigmas = dead_reckoned(priors.measured_poses, poses, step), settings.slip_inflation * priors.reaches[step]
     _, here = locate(scan, known, poses[step], _HERE, settings)
     found, there = locate(scan, known, guess, sigmas, settings)
-    return there - here, np.concatenate([poses[:step], compose(compose(found, invert(poses[step])), poses[step:])])
+    moved = compose(invert(poses[step]), found)
+    # Within the uncertainty of the present pose, it is the same place, and nothing slipped.
+    is_elsewhere = bool((np.abs([*moved[:2], wrap(moved[2])]) > settings.search_sigmas * _HERE).any())
+    after = compose(compose(found, invert(poses[step])), poses[step:])
+    return (there - here) * is_elsewhere, np.concatenate([poses[:step], after])
 
 
 def _together(scans: Sequence[LocalScan], poses: FloatArray) -> LocalScan:
