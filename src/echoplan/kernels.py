@@ -3,6 +3,7 @@
 Importing this module imports numba, which takes its time: import it where it is used.
 """
 
+import math
 from typing import TypeVar
 
 import numpy as np
@@ -10,9 +11,11 @@ import numpy as np
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import inlined
 
-__all__ = ["doubled", "median_of", "order_of", "solve_small", "sort"]
+__all__ = ["doubled", "log_gaussian", "median_of", "order_of", "solve_small", "sort"]
 
 A = TypeVar("A", FloatArray, IntArray)
+# Of the normal density.
+_ROOT_TAU = math.sqrt(2.0 * math.pi)
 
 
 @inlined
@@ -51,6 +54,12 @@ def median_of(values: FloatArray) -> float:
     ordered, half = values.copy(), len(values) // 2
     sort(ordered)
     return float(ordered[half] if len(ordered) % 2 else (ordered[half - 1] + ordered[half]) / 2.0)
+
+
+@inlined
+def log_gaussian(probability: float, residual: float, sigma: float) -> float:
+    """Return the logarithm of a probability times the normal density of a residual."""
+    return math.log(probability / (_ROOT_TAU * sigma)) - 0.5 * (residual / sigma) ** 2
 
 
 @inlined

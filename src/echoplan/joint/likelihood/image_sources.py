@@ -6,6 +6,7 @@ from typing import TypeAlias
 from echoplan.acoustics.predicted_echo import SILENCE, Shape, SonarTables, bistatic_excess_of, walk_of
 from echoplan.compiled import compiled, inlined
 from echoplan.joint.likelihood.ping_scores import NO_ECHO
+from echoplan.kernels import log_gaussian
 
 __all__ = [
     "Extent",
@@ -34,10 +35,10 @@ _CUT = 6.0
 _FADING = 3.0
 # Signal excess on the beam axes below which multipath is never detected [dB].
 _INAUDIBLE = -15.0
+# Direction of the beam axis, as (cosine, sine).
 _AHEAD = (1.0, 0.0)
 # No airborne sonar detects farther [m]; so many bisections find the greatest depth to a centimetre.
 _HORIZON, _HALVINGS = 40.0, 12
-_ROOT_TAU = math.sqrt(2.0 * math.pi)
 
 # Depth (half of the path length) [m], and angles off the axis at departure and at arrival as (cosine, sine).
 Path: TypeAlias = tuple[float, float, float, float, float]
@@ -64,7 +65,7 @@ def echo_level(tables: SonarTables, path: Path, reading: float, strength: float,
     if abs(late) > _CUT * scatter:
         return NO_ECHO
     detected = 1.0 / (1.0 + math.exp(-min(max(excess / _FADING, -30.0), 30.0)))
-    return math.log(detected / (_ROOT_TAU * scatter)) - 0.5 * (late / scatter) ** 2
+    return log_gaussian(detected, late, scatter)
 
 
 @inlined

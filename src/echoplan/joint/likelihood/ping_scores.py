@@ -18,6 +18,7 @@ from echoplan.acoustics.predicted_echo import (
 from echoplan.acoustics.views import in_view, views_of
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.compiled import compiled, inlined
+from echoplan.kernels import log_gaussian
 from echoplan.preprocessing.measurements import Measurements
 
 __all__ = [
@@ -54,7 +55,6 @@ _DETECTED, _WRONG = 0.97, 0.06
 _SURE, _SURE_MISS = _FADING * math.log((1.0 - _WRONG) / (_DETECTED - 1.0 + _WRONG)), math.log(_WRONG)
 # A reading shorter than expected by more than this is that of a nearer object, which masks the landmark [m].
 MASKING = 0.03
-_ROOT_TAU = math.sqrt(2.0 * math.pi)
 
 
 class PingScores(NamedTuple):
@@ -165,7 +165,7 @@ def log_density(late: float, scatter: float, excess: float) -> float:
     """Return the log density of a reading later than expected by ``late`` [m], including its detection [log 1/m]."""
     if abs(late) >= _NEAR * scatter:
         return NO_ECHO
-    return math.log(detection_probability(excess) / (_ROOT_TAU * scatter)) - 0.5 * (late / scatter) ** 2
+    return log_gaussian(detection_probability(excess), late, scatter)
 
 
 @inlined

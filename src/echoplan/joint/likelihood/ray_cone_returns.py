@@ -14,6 +14,7 @@ from echoplan.arrays import FloatArray
 from echoplan.compiled import compiled, inlined
 from echoplan.joint.likelihood.image_sources import Extent, Point, depth_of
 from echoplan.joint.likelihood.ping_scores import NO_ECHO
+from echoplan.kernels import log_gaussian
 from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["flanks_of"]
@@ -25,7 +26,6 @@ _SCATTER = 1.5
 _CUT = 6.0
 # Least cosine of incidence: more oblique rays are not informative.
 _GRAZING = 0.1
-_ROOT_TAU = math.sqrt(2.0 * math.pi)
 
 
 @compiled
@@ -49,9 +49,7 @@ def flanks_of(
             scatter = _SCATTER * noise / max(incidence, _GRAZING)
             late = reading - way
             if abs(late) < _CUT * scatter:
-                log_densities[ping] = max(
-                    log_densities[ping], -math.log(_ROOT_TAU * scatter) - 0.5 * (late / scatter) ** 2
-                )
+                log_densities[ping] = max(log_densities[ping], log_gaussian(1.0, late, scatter))
     return log_densities
 
 

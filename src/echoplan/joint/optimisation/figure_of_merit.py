@@ -31,6 +31,7 @@ _EARLY, _LATE, _BEHIND, _RIM = -0.02, 0.06, 0.08, 0.1
 # Just before the first null at ka sin(angle) = 3.83 the two-way loss is 51 dB. No echo is expected from there on: the
 # gain is set to -_SILENT [dB].
 _NULL, _SILENT = 3.6, 40.0
+# Pings that are used at most, for time.
 _ROWS = 6000
 # Starting values of figure of merit [dB] and ka: the range of common modules.
 _MERITS, _WIDTHS = (12.0, 18.0, 24.0, 30.0), (3.0, 4.0, 5.5, 7.5)

@@ -27,7 +27,7 @@ __all__ = ["NO_HEADINGS", "HeadingMeasurements", "heading_factor", "heading_meas
 _WALL = int(Kind.WALL)
 # Candidate turns of a station [rad], and half of their variance: a posterior variance above it is uninformative.
 _TURNS = np.radians(np.arange(-15.0, 15.1, 1.5))
-_OPEN = 0.5 * float(np.var(_TURNS))
+_OPEN = 0.5 * float(np.var(_TURNS))  # Half of the variance [rad²].
 # Standard deviation of a heading, however many pings determine it [rad]: beams are irregular, and arcs of walls that
 # meet mask each other's sides (a guess).
 _UNEVEN = math.radians(6.0)
@@ -61,6 +61,7 @@ class HeadingMeasurements(NamedTuple):
     servo: ServoError = AS_RECORDED
 
 
+# Without candidates.
 NO_HEADINGS = HeadingMeasurements(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0))
 
 

@@ -36,10 +36,10 @@ SONAR_UNKNOWNS = (
 # First column of each block of the Jacobian of a reading (its landmark, the wall at the end of that, the sonar as
 # above, its pose), and their number.
 LANDMARK_COLUMNS = 0
-NEIGHBOUR_COLUMNS = 3
-SONAR_COLUMNS = 5
+NEIGHBOUR_COLUMNS = 3  # After those of a landmark.
+SONAR_COLUMNS = 5  # After both coordinates of a wall.
 POSE_COLUMNS = SONAR_COLUMNS + len(SONAR_UNKNOWNS)
-READING_COLUMNS = POSE_COLUMNS + 3
+READING_COLUMNS = POSE_COLUMNS + 3  # A pose has x, y and yaw.
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -33,9 +33,9 @@ _OPENINGS = np.radians(np.arange(50.0, 111.0))
 _BEYOND, _BEFORE = 3.0, 0.1
 # Reflecting part of both walls: up to the first distance from the corner, and the second past it [m].
 _LONG, _PAST = 2.5, 0.05
-# Factor on the noise in the first search; number of corners that are refined; number of halvings of the steps; and the
-# first steps along the known wall and in opening angle [m, rad].
+# Factor on the noise in the first search; number of corners that are refined; number of halvings of the steps.
 _COARSE, _BEST, _HALVINGS = 4.0, 8, 7
+# First steps along the known wall and in opening angle [m, rad].
 _ALONG, _TURN = 0.02, math.radians(0.5)
 
 # A wall with its extent; a sensor position with half of the path length of its echo [m].

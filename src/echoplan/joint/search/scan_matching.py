@@ -17,7 +17,9 @@ from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["LandmarkMap", "LocalScan", "LocalisationSettings", "best_score", "local_scans", "locate", "score_poses"]
 
-_WALL, _CIRCLE = int(Kind.WALL), 2.0 * math.pi
+_WALL = int(Kind.WALL)
+# A full turn [rad].
+_CIRCLE = 2.0 * math.pi
 # A wall may be detected up to this far beyond its extent [m].
 _BESIDE = 0.5
 # Gate on the depth and normal of an arc in standard deviations.
