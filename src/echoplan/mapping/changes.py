@@ -1,8 +1,8 @@
 """What has changed in a place between the recordings of an earlier map and another recording.
 
-A wall is gone if most of it is no longer in the map, or a piece of it through which the robot measured: the estimator
-keeps what no station looks at again.  A wall, or a piece of one, is new if the robot had measured through its place
-when it detected another wall; where it had not, the wall is merely mapped for the first time.
+A wall, or a piece of one, is gone if it is no longer in the map and the robot measured through its place when it
+detected another wall: what no station looked at again is not gone.  It is new if the robot had measured through its
+place before; where it had not, the wall is merely mapped for the first time.
 """
 
 from collections.abc import Iterable
@@ -91,13 +91,13 @@ def find_changes(
         What is gone, and what is new.
     """
     views = _trimmed(earlier)
-    pieces, _ = _pieces(after, before)
-    cylinders = _only(after, before)
+    lost, pieces, cylinders = _pieces(before, after), _pieces(after, before), _only(after, before)
+    is_gone = _crossings(_bodies(lost), _trimmed(later)) > 0
     # A single view may be an error, so something is new only if two led through its place.
     is_new, is_new_cylinder = _crossings(_bodies(pieces), views) > 1, _crossings(_discs(cylinders), views) > 1
     return Changes(
         recording=recording,
-        gone_walls=_gone(before, after, _trimmed(later)),
+        gone_walls=tuple(shapely.get_coordinates(lost[is_gone]).reshape(-1, 2, 2)),
         gone_cylinders=tuple(_only(before, after)),
         new_walls=tuple(shapely.get_coordinates(pieces[is_new]).reshape(-1, 2, 2)),
         new_cylinders=tuple(cylinders[number] for number in np.flatnonzero(is_new_cylinder)),
@@ -113,20 +113,11 @@ def _trimmed(views: FloatArray) -> shapely.STRtree:
     return shapely.STRtree(shapely.linestrings(lines))
 
 
-def _gone(before: FeatureMap, after: FeatureMap, views: shapely.STRtree) -> tuple[FloatArray, ...]:
-    """Return the walls, or pieces of walls, that are no longer in the map, shape (2, 2) [m] each."""
-    pieces, owners = _pieces(before, after)
-    lost, lengths = np.bincount(owners, shapely.length(pieces), len(before.walls)), shapely.length(_lines(before.walls))
-    is_gone = (lost > 0.5 * lengths)[owners] | (_crossings(pieces, views) > 0)
-    return tuple(shapely.get_coordinates(pieces[is_gone]).reshape(-1, 2, 2))
-
-
-def _pieces(there: FeatureMap, other: FeatureMap) -> tuple[_Shapes, IntArray]:
-    """Return the pieces of walls that only one map has, and the numbers of their walls."""
+def _pieces(there: FeatureMap, other: FeatureMap) -> _Shapes:
+    """Return the pieces of walls that only one map has."""
     known = shapely.union_all(shapely.buffer(_lines(other.walls), _SAME))
-    pieces, owners = shapely.get_parts(shapely.difference(_lines(there.walls), known), return_index=True)
-    is_long = shapely.length(pieces) >= _SHORTEST
-    return pieces[is_long], owners[is_long]
+    pieces: _Shapes = shapely.get_parts(shapely.difference(_lines(there.walls), known))
+    return pieces[shapely.length(pieces) >= _SHORTEST]
 
 
 def _bodies(pieces: _Shapes) -> _Shapes:
