@@ -2,7 +2,8 @@
 
 Each station is registered to the landmarks of the map by scan matching: the first one everywhere in the map, the others
 near the pose that odometry predicts. Of several possible starts each is followed until its score is far below that of
-the best one. Then the estimator optimises the poses of the best one, with the map as its prior.
+the best one. The poses of those that remain are optimised, with the map as their prior, and compared by their log
+evidence. The estimator then goes on from the likeliest one.
 """
 
 import math
@@ -13,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import softmax
 
-from echoplan.arrays import FloatArray, IntArray
+from echoplan.arrays import FloatArray
 from echoplan.errors import InvalidValueError
 from echoplan.joint.estimate import Estimate
 from echoplan.joint.initial_estimate import initial_estimate
@@ -21,14 +22,14 @@ from echoplan.joint.known_map import known_landmarks, prior_of_map
 from echoplan.joint.mapper import JointMapper, JointSettings
 from echoplan.joint.optimisation.odometry_noise import VERY_STRONG
 from echoplan.joint.optimisation.pose_factors import PosePrior, at_poses, dead_reckoned, odometry_prior
-from echoplan.joint.pose_correction.consistency import inlier_ratio
+from echoplan.joint.pose_correction.consistency import inlier_ratio, log_evidence
 from echoplan.joint.pose_correction.pose_tracking import local_scans_of
 from echoplan.joint.search.global_search import apart, find_poses, pose_grid
 from echoplan.joint.search.scan_matching import LandmarkMap, LocalScan, best_score, locate
 from echoplan.joint.settings import EstimateSettings
 from echoplan.joint.trajectory import joined
 from echoplan.model import FeatureMap, Localisation, Rig, StartPose, Sweep, TrajectorySegment, translated
-from echoplan.preprocessing.measurements import join_measurements, measurements_of
+from echoplan.preprocessing.measurements import join_measurements, measurements_of, rearranged_stations
 from echoplan.preprocessing.stations import Stations, at_stations, group_sweeps, without_repeats
 
 __all__ = ["localise"]
@@ -39,6 +40,8 @@ _START_SIGMAS = np.array([0.1, 0.1, math.radians(10.0)])
 _MAX_SCORE_LOSS = 30.0
 # Number of tracks that are followed.
 _MAX_TRACKS = 60
+# Number of tracks that are optimised, some tenths of a second each, and greatest number of iterations.
+_MAX_OPTIMISED, _ROUNDS = 20, 3
 # Share of a perfect score below which a robot may have been carried elsewhere, and number of stations from there on by
 # which that is decided.
 _MIN_FIT, _LOOK_AHEAD = 0.25, 5
@@ -96,9 +99,10 @@ def localise(
     # Indices of the first sweep of each station, and of each part.
     of_stations = np.unique(stations.numbers, return_index=True)[1]
     of_parts = of_stations[[tracks[0].first for tracks in parts]]
-    trajectories = []
+    trajectories, starts = [], []
     for tracks, indices in zip(parts, np.split(np.arange(len(sweeps)), of_parts[1:]), strict=True):
-        prior = prior_of_map(feature_map, tracks[0].poses[0], noise=estimate.first_noise)
+        starts.append(_weighed(tracks, estimate, feature_map, rig=rig))
+        prior = prior_of_map(feature_map, starts[-1][0].pose, noise=estimate.first_noise)
         mapper = JointMapper(rig, settings, prior=prior)
         for index in indices:
             mapper.add(sweeps[index])
@@ -112,7 +116,10 @@ def localise(
         sweeps=found.sweeps,
         poses=found.poses + origin,
         covariances=found.covariances,
-        segments=_segments(parts, found.sweeps[of_parts], origin=origin),
+        segments=tuple(
+            TrajectorySegment(first=first, starts=tuple(replace(each, pose=each.pose + origin) for each in some))
+            for first, some in zip(found.sweeps[of_parts].tolist(), starts, strict=True)
+        ),
         inlier_ratio=inlier_ratio(replace(located, features=located.refreshed())),
     )
 
@@ -225,18 +232,24 @@ def _followed(search: _Search, start: FloatArray | None) -> list[list[_Track]]:
     return parts
 
 
-def _segments(
-    parts: Sequence[Sequence[_Track]], sweeps: IntArray, *, origin: FloatArray
-) -> tuple[TrajectorySegment, ...]:
-    """Return the possible first poses of each part of a recording, of which ``sweeps`` are the first sweeps.
+def _weighed(tracks: Sequence[_Track], estimate: Estimate, feature_map: FeatureMap, *, rig: Rig) -> list[StartPose]:
+    """Return the first poses of tracks with their weights, the likeliest first.
 
-    ``origin`` is that of the frame of the tracks in the frame of the map, with yaw 0, shape (3,) [m, m, rad].
+    Scan matching scores what stations detect. The log evidence scores what they miss, too, at optimised poses. The
+    readings of an arc share the errors of the map and of the sonar model, so an arc counts as one reading.
     """
-    segments = []
-    for tracks, first in zip(parts, sweeps.tolist(), strict=True):
-        weights = softmax([each.scores.sum() for each in tracks]).tolist()
-        starts = (
-            StartPose(pose=each.poses[0] + origin, weight=weight) for each, weight in zip(tracks, weights, strict=True)
-        )
-        segments.append(TrajectorySegment(first=first, starts=tuple(starts)))
-    return tuple(segments)
+    if len(tracks) == 1:
+        return [StartPose(pose=tracks[0].poses[0], weight=1.0)]
+    first, last = tracks[0].first, tracks[0].first + len(tracks[0].poses)
+    recorded, measured = rearranged_stations(estimate.recorded, range(first, last)), estimate.measured_poses[first:last]
+    of_arcs = np.concatenate([arc.pings for arc in estimate.arcs])
+    share = len(estimate.arcs) / float(estimate.measurements.weights[of_arcs].sum())
+    evidence = []
+    for track in tracks[:_MAX_OPTIMISED]:
+        prior = prior_of_map(feature_map, track.poses[0], noise=estimate.first_noise)
+        initial = initial_estimate(rig, recorded, measured, estimate.settings, prior)
+        start = replace(initial, poses=track.poses, measurements=at_poses(recorded, measured, track.poses))
+        now = start.rescore(start.noise).alternate(start.noise, start.odometry(), _ROUNDS)
+        evidence.append(share * log_evidence(now))
+    weights = softmax(evidence)
+    return [StartPose(pose=tracks[each].poses[0], weight=float(weights[each])) for each in np.argsort(-weights)]
