@@ -143,7 +143,9 @@ def map_recordings(
         later = later_views(earlier, mapper.views_xy)
         if contradicts(before, later):
             raise InputError(name, "it is of another place than what came before", remedy="map it alone")
-        changes.append(find_changes(before, found, recording=name, earlier=earlier, later=later))
+        changes.append(
+            find_changes(before, found, recording=name, first_sweep=moved[0].index, earlier=earlier, later=later)
+        )
     assert found is not None
     return replace(found, changes=tuple(changes)), mapped
 
