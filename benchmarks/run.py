@@ -25,6 +25,7 @@ BENCHMARKS = (
     "joint.py --poses trust",
     "timing.py",
     "timing.py 50 100 --poses correct",
+    "timing.py --live",
     "poses.py",
     "poses.py 150",
     "poses.py --stations 6",

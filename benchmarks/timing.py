@@ -1,4 +1,4 @@
-"""Whether joint keeps up with a robot: python benchmarks/timing.py [STATIONS ...] [--poses trust] [--online].
+"""Whether joint keeps up with a robot: python benchmarks/timing.py [STATIONS ...] [--poses trust] [--online | --live].
 
 Simulates one random room from many stations, adds the sweeps to the mapper one by one, and prints at given numbers of
 stations (50, 100, 200, 500 and 1000 by default) the CPU time of ``add`` and of ``result``, the memory of the mapper,
@@ -7,6 +7,10 @@ and the scores of the map.  The poses are exact.
 ``--online`` prints instead how long the calls of ``OnlineMapper`` take by the clock while a robot drives: the rotary
 array and a ring of 16 sensors, 100 stations with odometry that drifts, one every second; and how many sweeps the newest
 map lacks.
+
+``--live`` prints the CPU time of the process beside the page of ``echoplan live``: on a drive of the rotary array with
+odometry that drifts, after 60 and 100 stations, to add a sweep to the map and draw it (each of the last four sweeps),
+to check the map, and to map the whole recording as for saving it.
 """
 
 import argparse
@@ -23,6 +27,9 @@ from echoplan.cli.terminal import show, tracked
 from echoplan.evaluation import Evaluation, evaluate
 from echoplan.joint.mapper import JointMapper, JointSettings
 from echoplan.joint.settings import PoseMode
+from echoplan.live.mapping import check_map, draw_map
+from echoplan.live.survey import Survey
+from echoplan.mapping import map_source
 from echoplan.model import Table
 from echoplan.online import OnlineMapper
 from echoplan.simulation import Simulation
@@ -32,6 +39,8 @@ Result = TypeVar("Result")
 
 STATIONS = (50, 100, 200, 500, 1000)
 SEED = 0
+# With --live: stations after which it is measured, and sweeps over which.
+LIVE, RECENT = (60, 100), 4
 # With --online: arrays, stations of a drive, and time from one to the next [s].
 ARRAYS, DRIVEN, PERIOD = (ARRAY, "ring-16"), 100, 1.0
 
@@ -68,6 +77,9 @@ def main() -> None:
     if arguments.online:
         show(online_table([drive_online(array) for array in ARRAYS]))
         return
+    if arguments.live:
+        show(live_table(list(drive_live())))
+        return
     marks = list(measure(sorted(arguments.stations), arguments.poses))
     show(table(marks))
 
@@ -78,6 +90,7 @@ def parse() -> argparse.Namespace:
     parser.add_argument("stations", type=int, nargs="*", default=list(STATIONS))
     parser.add_argument("--poses", type=PoseMode, choices=list(PoseMode), default=PoseMode.AUTO)
     parser.add_argument("--online", action="store_true", help="calls of OnlineMapper while a robot drives")
+    parser.add_argument("--live", action="store_true", help="maps and verdicts of the page while a robot drives")
     return parser.parse_args()
 
 
@@ -167,6 +180,50 @@ def online_table(drives: Sequence[OnlineDrive]) -> Table:
             )
         )
     return Table(title=f"Drives of {DRIVEN} stations, one every {PERIOD:g} s", columns=columns, rows=tuple(rows))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LiveMark:
+    """What the last sweeps, the check of the map and the map of the whole recording took after a drive [s]."""
+
+    stations: int
+    drawing: tuple[float, ...]
+    checking: float
+    mapping: float
+
+
+def drive_live() -> Iterator[LiveMark]:
+    """Map the sweeps before the last ones of each mark at once, and the others one by one as the page does."""
+    simulation = random_drive(SEED, Drive(stations=DRIVEN, array=ARRAY))
+    survey = Survey(name=simulation.name, rig=simulation.rig)
+    drawing, begins = list[float](), [mark - RECENT for mark in LIVE]
+    for number, sweep in enumerate(tracked(list(simulation), total=len(simulation), task="driving"), start=1):
+        survey = survey.with_sweep(sweep)
+        if number in begins:
+            draw_map(survey)
+            drawing.clear()
+        elif any(mark - RECENT < number <= mark for mark in LIVE):
+            drawing.append(timed(partial(draw_map, survey))[1])
+        if number in LIVE:
+            yield LiveMark(
+                stations=number,
+                drawing=tuple(drawing),
+                checking=timed(partial(check_map, survey))[1],
+                mapping=timed(partial(map_source, survey.recording))[1],
+            )
+
+
+def live_table(marks: Sequence[LiveMark]) -> Table:
+    """Lay out what the process beside the page takes against the number of stations."""
+    rows = tuple(
+        (
+            str(mark.stations),
+            *(f"{value:.1f}" for value in (np.median(mark.drawing), max(mark.drawing), mark.checking, mark.mapping)),
+        )
+        for mark in marks
+    )
+    columns = ("stations", "add a sweep: median (s)", "longest", "check (s)", "map all (s)")
+    return Table(title=f"Page of a drive of {DRIVEN} stations", columns=columns, rows=rows)
 
 
 def timed(work: Callable[[], Result]) -> tuple[Result, float]:

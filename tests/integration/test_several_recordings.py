@@ -70,6 +70,7 @@ def test_the_poses_of_both_are_in_the_frame_of_the_first(flat: ep.Simulation, ma
 
 def test_the_way_between_two_recordings_is_no_path(mapped: Path) -> None:
     assert len(read_map(mapped).openings) == 1
+    assert [len(path_xy) for path_xy in read_map(mapped).paths_xy] == [13, len(read_map(mapped).poses) - 13]
 
 
 def test_a_recording_that_shares_too_little_is_refused(
@@ -152,6 +153,13 @@ def test_what_cannot_go_on_is_refused_in_one_line(
     assert words in done.err
     assert done.err.count("\n") == 1
     assert not (tmp_path / "map").exists()
+
+
+def test_a_recording_of_other_sensors_cannot_go_on_from_a_map(first: Path, tmp_path: Path) -> None:
+    succeed("simulate", "square", "--rig", "ring-16", "--out", tmp_path / "ring")
+    done = echoplan("map", tmp_path / "ring", "--start", first, "--out", tmp_path / "map")
+    assert (done.status, done.err.count("\n")) == (2, 1)
+    assert "ring: its sensors are not those of the map of --start; map it alone, or correct its rig.toml" in done.err
 
 
 @pytest.mark.parametrize(

@@ -65,12 +65,14 @@ def run(
     Example: echoplan map rec/ --out map/ (or, for one map of two: echoplan map monday/ tuesday/ --out map/)
     """
     from echoplan.io import check_folder  # noqa: PLC0415 - --help must not wait for NumPy
-    from echoplan.mapping import PRIOR, RESULTS, export_formats, map_source  # noqa: PLC0415
+    from echoplan.mapping import PRIOR, RESULTS, check_options, export_formats, map_source  # noqa: PLC0415
     from echoplan.sources import open_source  # noqa: PLC0415
 
     settings, method = _settings(config, method=method, poses=poses)
     exports = export_formats(export.split(",") if export else ())
     check_folder(out, [*RESULTS, PRIOR, *(name for each in exports for name in each.files)])
+    # Opening a bag reads it.
+    check_options(method, settings, recordings=len(source), start=start)
     opened = [open_source(each, bag=bag_options(topic, odom, field, mount)) for each in source]
     for each in opened:
         put_notes(each)

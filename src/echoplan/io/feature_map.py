@@ -113,6 +113,7 @@ def _gaps(feature_map: FeatureMap) -> dict[str, Any]:
 def _changes(changes: Changes) -> dict[str, Any]:
     return {
         "recording": changes.recording,
+        **({} if changes.first_sweep is None else {"first_sweep": changes.first_sweep}),
         "gone": _changed(changes.gone_walls, changes.gone_cylinders),
         "new": _changed(changes.new_walls, changes.new_cylinders),
     }

@@ -67,7 +67,7 @@ def write_geojson(path: Path, feature_map: FeatureMap) -> None:
             *_features("unobserved", map(_gap, feature_map.unobserved)),
             *_features("corner", map(_corner, feature_map.corners)),
             *_features("cylinder", map(_cylinder, feature_map.cylinders)),
-            *_features("path", _path(feature_map.poses)),
+            *_features("path", _paths(feature_map.paths_xy)),
         ],
     }
     write_text(path, format_json(document) + "\n")
@@ -136,13 +136,12 @@ def _cylinder(cylinder: Cylinder) -> tuple[dict[str, Any], dict[str, Any]]:
     return polygon if cylinder.radius > 0.0 else point, {**properties, **_support(cylinder)}
 
 
-def _path(poses: FloatArray) -> list[tuple[dict[str, Any], dict[str, Any]]]:
-    """Make the path of the robot: none without poses, and a point where it stood still."""
-    if not len(poses):
-        return []
-    length = float(np.hypot(*np.diff(poses[:, :2], axis=0).T).sum())
-    point = {"type": "Point", "coordinates": poses[0, :2].tolist()}
-    return [(_line(poses[:, :2]) if length > 0.0 else point, {"length": length, "stations": len(poses)})]
+def _paths(paths_xy: Iterable[FloatArray]) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
+    """Make the path of the robot in each recording: a point where it stood still."""
+    for path_xy in paths_xy:
+        length = float(np.hypot(*np.diff(path_xy, axis=0).T).sum())
+        point = {"type": "Point", "coordinates": path_xy[0].tolist()}
+        yield _line(path_xy) if length > 0.0 else point, {"length": length, "stations": len(path_xy)}
 
 
 def _line(points_xy: FloatArray) -> dict[str, Any]:

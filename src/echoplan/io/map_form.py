@@ -202,6 +202,7 @@ class _ChangedForm(Form):
 
 class _ChangesForm(Form):
     recording: str = Field(default="", description="Name of the recording that was compared with those before it.")
+    first_sweep: int | None = Field(default=None, description="Number of its first sweep in the list of poses.")
     gone: _ChangedForm = Field(default=_ChangedForm(), description="What is no longer there.")
     new: _ChangedForm = Field(default=_ChangedForm(), description="What was not there before.")
 
@@ -209,6 +210,7 @@ class _ChangesForm(Form):
         """Make the changes."""
         return Changes(
             recording=self.recording,
+            first_sweep=self.first_sweep,
             gone_walls=self.gone.ends(),
             new_walls=self.new.ends(),
             gone_cylinders=tuple(each.value() for each in self.gone.cylinders),

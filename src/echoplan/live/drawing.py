@@ -17,7 +17,6 @@ from echoplan.viewer.facts import (
 )
 from echoplan.viewer.outline import body_pieces, jamb_strokes, wall_bodies
 from echoplan.viewer.plan import Plan
-from echoplan.viewer.quality import headline
 from echoplan.viewer.uncertainty import Ellipse, wall_band
 from echoplan.viewer.wording import decimal
 
@@ -30,8 +29,8 @@ _MOST_ECHOES = 4000
 
 
 def drawing_of(plan: Plan) -> Json:
-    """Return a map as JSON: landmarks, openings, stations, echoes and the verdict; lengths in metres."""
-    found, quality = plan.feature_map, plan.feature_map.quality
+    """Return a map as JSON: landmarks, openings, stations and echoes; lengths in metres."""
+    found = plan.feature_map
     times = plan.magnification
     return {
         "magnification": times,
@@ -63,11 +62,6 @@ def drawing_of(plan: Plan) -> Json:
         ],
         "poses": list(_poses(plan)),
         "echoes": _points(plan.echoes_xy[:: -(-len(plan.echoes_xy) // _MOST_ECHOES) or 1]),
-        "quality": {
-            "verdict": "" if quality is None else str(quality.verdict),
-            "headline": "" if quality is None else headline(quality),
-            "reasons": [] if quality is None else list(quality.reasons),
-        },
     }
 
 

@@ -17,7 +17,7 @@ from echoplan.arrays import FloatArray
 from echoplan.errors import EchoplanError, InputError
 from echoplan.live.commands import Command, PlaceCommand, PlayCommand, SweepCommand, UndoCommand
 from echoplan.live.feed import Complete, Control, Event, Feed, Notice, Partial
-from echoplan.live.mapping import MapUpdate, draw_map, map_update, sensor_faults, write_results
+from echoplan.live.mapping import MapUpdate, check_map, draw_map, map_update, sensor_faults, write_results
 from echoplan.live.messages import (
     encoded,
     faults_message,
@@ -106,7 +106,7 @@ class LiveMap:
 
     def post(self, topic: str, content: dict[str, object]) -> None:
         """Put the newest message of a topic on the board."""
-        self.board[topic] = (self.board.get(topic, (0, ""))[0] + 1, encoded(topic, content))
+        self._put(topic, encoded(topic, content))
 
     def file(self, name: str) -> Path | None:
         """Return where a result that was saved lies; None if there is no such one."""
@@ -186,24 +186,22 @@ class LiveMap:
             self.post("saved", {"files": [ARCHIVE, *names], "stations": len(survey.station_poses)})
 
     async def keep_mapping(self) -> None:
-        """Map the survey whenever it has changed: always the newest, whatever changed meanwhile."""
+        """Map the survey whenever it has changed: always the newest, whatever changed meanwhile.
+
+        Checking a map may take longer than adding a sweep to it.  While sweeps come, it takes half of the time at most.
+        """
+        loop, next_check = asyncio.get_running_loop(), 0.0
         while True:
             await self._changed.wait()
             self._changed.clear()
             self._flags["mapping"] = True
             try:
-                survey, loop = self.survey, asyncio.get_running_loop()
-                # Before the map, which may take long or fail.
-                newest = replace(survey, sweeps=survey.sweeps[-_CHECKED:])
-                self.post("faults", faults_message(await loop.run_in_executor(self._executor, sensor_faults, newest)))
-                drawn = await loop.run_in_executor(self._executor, draw_map, survey)
-                version = self.board.get("map", (0, ""))[0] + 1
-                self.board["map"] = (version, drawn)
-                self.post("mapper", {"problem": "", "sweeps": len(survey)})
-                if self._publish is not None:
-                    update = await loop.run_in_executor(self._executor, map_update, survey)
-                    if update is not None:
-                        self._publish(update)
+                survey = self.survey
+                await self._map(survey)
+                begun = loop.time()
+                if not self._changed.is_set() or begun >= next_check:
+                    self._put("verdict", await loop.run_in_executor(self._executor, check_map, survey))
+                    next_check = 2.0 * loop.time() - begun
             except (EchoplanError, BrokenProcessPool) as error:
                 words = (
                     str(error) if isinstance(error, EchoplanError) else "the mapper ended; the next sweep restarts it"
@@ -211,6 +209,19 @@ class LiveMap:
                 self.post("mapper", {"problem": words, "sweeps": 0})
             finally:
                 self._flags["mapping"] = False
+
+    async def _map(self, survey: Survey) -> None:
+        """Map a survey for viewers and for programs beside the page."""
+        loop = asyncio.get_running_loop()
+        # Before the map, which may take long or fail.
+        newest = replace(survey, sweeps=survey.sweeps[-_CHECKED:])
+        self.post("faults", faults_message(await loop.run_in_executor(self._executor, sensor_faults, newest)))
+        self._put("map", await loop.run_in_executor(self._executor, draw_map, survey))
+        self.post("mapper", {"problem": "", "sweeps": len(survey)})
+        if self._publish is not None:
+            update = await loop.run_in_executor(self._executor, map_update, survey)
+            if update is not None:
+                self._publish(update)
 
     def listen(self, loop: asyncio.AbstractEventLoop) -> threading.Thread:
         """Start the thread that waits for the feed."""
@@ -247,6 +258,9 @@ class LiveMap:
         self._flags["unsaved"] = True
         self._show_survey()
         self._changed.set()
+
+    def _put(self, topic: str, message: str) -> None:
+        self.board[topic] = (self.board.get(topic, (0, ""))[0] + 1, message)
 
     def _show_survey(self) -> None:
         self.post("stations", stations_message(self.survey))

@@ -10,11 +10,20 @@ from echoplan.diagnosis import faults_in_words
 from echoplan.geometry import directions
 from echoplan.live.feed import Feed
 from echoplan.live.survey import Survey
-from echoplan.model import Pings, Rig, Sweep
+from echoplan.model import Pings, Quality, Rig, Sweep
 from echoplan.preprocessing import Faults, is_valid
 from echoplan.viewer.plan import station_labels
+from echoplan.viewer.quality import headline
 
-__all__ = ["encoded", "faults_message", "hello_message", "shares_message", "stations_message", "sweep_message"]
+__all__ = [
+    "encoded",
+    "faults_message",
+    "hello_message",
+    "shares_message",
+    "stations_message",
+    "sweep_message",
+    "verdict_message",
+]
 
 _MILLIMETRES = 1000.0
 
@@ -86,6 +95,18 @@ def stations_message(survey: Survey) -> dict[str, object]:
             {"pose": _rounded(pose), "label": label, "sweeps": count, "first": first}
             for pose, label, count, first in zip(poses, labels, counts, firsts, strict=True)
         ],
+    }
+
+
+def verdict_message(quality: Quality | None, *, sweeps: int) -> dict[str, object]:
+    """Return the verdict on the map of so many sweeps, empty without one."""
+    if quality is None:
+        return {"sweeps": sweeps, "verdict": "", "headline": "", "reasons": []}
+    return {
+        "sweeps": sweeps,
+        "verdict": str(quality.verdict),
+        "headline": headline(quality),
+        "reasons": list(quality.reasons),
     }
 
 

@@ -75,6 +75,9 @@ class Ros2Feed:
             undone.callback(self._transport.close)
             self._incoming = Incoming(self._transport, options or BagOptions())
             start = wait_for_sweeps(self._incoming, address, report=report)
+            # Nobody else may place the frame of odometry.
+            world = "" if start.advanced.world_parent else start.advanced.world
+            self._publisher = MapPublisher(self._transport, world=world)
             undone.pop_all()
         self._listening, self._first = start.listening, start.advanced
         self._rig = replace(start.advanced.rig, name=f"sensors at {address.text}")
@@ -82,9 +85,6 @@ class Ros2Feed:
         self._odom_from_base: dict[int, FloatArray] = {}
         self._map_from_odom = identity()
         self._closed = Flag()
-        # Nobody else may place the frame of odometry.
-        world = "" if start.advanced.world_parent else start.advanced.world
-        self._publisher = MapPublisher(self._transport, world=world)
 
     @property
     def rig(self) -> Rig:

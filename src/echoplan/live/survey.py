@@ -127,13 +127,13 @@ class Survey:
         return np.array([self.sweeps[first].station for first in firsts]).reshape(-1, 3)
 
     def thinned(self) -> "Survey":
-        """Keep the newest sweeps of each station: more repeats change the map of a live page little, and take time."""
-        left, kept = Counter[int](), list[PackedSweep]()
-        for sweep, station in zip(reversed(self.sweeps), reversed(self.stations.tolist()), strict=True):
-            left[station] += 1
-            if left[station] <= _REPEATS:
+        """Keep the first sweeps of each station: more repeats change the map of a live page little, and take time."""
+        counts, kept = Counter[int](), list[PackedSweep]()
+        for sweep, station in zip(self.sweeps, self.stations.tolist(), strict=True):
+            counts[station] += 1
+            if counts[station] <= _REPEATS:
                 kept.append(sweep)
-        return replace(self, sweeps=tuple(reversed(kept)))
+        return replace(self, sweeps=tuple(kept))
 
     def with_sweep(self, sweep: Sweep) -> "Survey":
         """Add a sweep; it is numbered, and its stamps are moved if they would go back."""

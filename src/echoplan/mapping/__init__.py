@@ -4,6 +4,7 @@ from echoplan.mapping.exports import EXPORTS, Exportable, ExportFormat, export_f
 from echoplan.mapping.folder import PICTURES, RESULTS, results_folder
 from echoplan.mapping.locate import LOCATED, LocateResult, locate_source, located_formats
 from echoplan.mapping.progress import SILENT, Progress
+from echoplan.mapping.recordings import check_options
 from echoplan.mapping.result import MapResult
 from echoplan.mapping.run import map_source
 from echoplan.mapping.start import PRIOR
@@ -20,6 +21,7 @@ __all__ = [
     "LocateResult",
     "MapResult",
     "Progress",
+    "check_options",
     "export_formats",
     "export_map",
     "locate_source",

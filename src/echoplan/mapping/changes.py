@@ -71,7 +71,13 @@ def contradicts(before: FeatureMap, later: FloatArray) -> bool:
 
 
 def find_changes(
-    before: FeatureMap, after: FeatureMap, *, recording: str, earlier: FloatArray, later: FloatArray
+    before: FeatureMap,
+    after: FeatureMap,
+    *,
+    recording: str,
+    first_sweep: int,
+    earlier: FloatArray,
+    later: FloatArray,
 ) -> Changes:
     """Compare the maps before and after a recording.
 
@@ -81,6 +87,8 @@ def find_changes(
         Both maps, in one frame.
     recording : str
         Name of the recording.
+    first_sweep : int
+        Number of its first sweep.
     earlier, later : ndarray, shape (v, 2, 2)
         Lines of sight of earlier recordings and of this one, along which they detected walls, from the station to the
         wall [m].
@@ -97,6 +105,7 @@ def find_changes(
     is_new, is_new_cylinder = _crossings(_bodies(pieces), views) > 1, _crossings(_discs(cylinders), views) > 1
     return Changes(
         recording=recording,
+        first_sweep=first_sweep,
         gone_walls=tuple(shapely.get_coordinates(lost[is_gone]).reshape(-1, 2, 2)),
         gone_cylinders=tuple(_only(before, after)),
         new_walls=tuple(shapely.get_coordinates(pieces[is_new]).reshape(-1, 2, 2)),

@@ -84,7 +84,7 @@ def _write_other_forms(folder: Path, result: "MapResult") -> None:
     if result.grid is not None:
         write_grid(folder / "map.yaml", result.grid)
     if result.known is not None:
-        write_prior(folder, result.known.prior, origin_xy=result.known.origin_xy)
+        write_prior(folder, result.known)
 
 
 def _export(folder: Path, content: Exportable, *, exports: Iterable[ExportFormat]) -> EchoplanError | None:

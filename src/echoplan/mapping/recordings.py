@@ -6,6 +6,7 @@ from os import PathLike, fspath
 from typing import TypeAlias, cast
 
 import numpy as np
+from pydantic import BaseModel
 
 from echoplan.arrays import FloatArray
 from echoplan.diagnosis import assess_localisation
@@ -13,16 +14,17 @@ from echoplan.diagnosis.consistency import stations_of
 from echoplan.errors import InputError, InvalidValueError
 from echoplan.geometry import compose, invert
 from echoplan.joint.localisation import localise
-from echoplan.joint.mapper import JointMapper
+from echoplan.joint.mapper import JointSettings
 from echoplan.joint.settings import PoseMode
 from echoplan.mapping.changes import contradicts, find_changes, later_views
 from echoplan.mapping.progress import Progress
+from echoplan.mapping.start import StartingMap, read_start, sensors_of
 from echoplan.methods import LocalMapper, map_sweeps
 from echoplan.model import Changes, FeatureMap, Rig, Source, Sweep, Verdict
 from echoplan.preprocessing import clean_sweeps, find_faults
 from echoplan.sources import as_source
 
-__all__ = ["OneOrSeveral", "Recordings", "map_recordings", "read_recordings"]
+__all__ = ["OneOrSeveral", "Recordings", "check_options", "check_sensors", "map_recordings", "open_recordings"]
 
 # A source or its name; one, or a list of them.
 AnySource: TypeAlias = Source | str | PathLike[str]
@@ -37,7 +39,7 @@ _PAUSE_NS = 1_000_000_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recordings:
-    """One recording, or several of one place, as they were read.
+    """One recording, or several of one place.
 
     Parameters
     ----------
@@ -45,34 +47,53 @@ class Recordings:
         What each was called by the user.
     sources : tuple of Source
         Where the sweeps came from.
-    sweeps : tuple of tuple of Sweep
-        Sweeps of each.
+    sweeps : tuple of tuple of Sweep, optional
+        Sweeps of each, once they are read.
     """
 
     names: tuple[str, ...]
     sources: tuple[Source, ...]
-    sweeps: tuple[tuple[Sweep, ...], ...]
+    sweeps: tuple[tuple[Sweep, ...], ...] = ()
 
     @property
     def first(self) -> Source:
         """Source of the first recording, whose frame is that of the map."""
         return self.sources[0]
 
+    def read(self, progress: Progress) -> "Recordings":
+        """Return them with their sweeps.
 
-def read_recordings(source: OneOrSeveral, *, progress: Progress) -> Recordings:
-    """Read one source, or a list of them.
+        Parameters
+        ----------
+        progress : Progress
+            Shows how far it is.
+
+        Returns
+        -------
+        Recordings
+            The same recordings.
+
+        Raises
+        ------
+        InputError
+            If a source cannot be read.
+        """
+        sweeps = tuple(tuple(progress.track(each, total=len(each), task="reading")) for each in self.sources)
+        return replace(self, sweeps=sweeps)
+
+
+def open_recordings(source: OneOrSeveral) -> Recordings:
+    """Open one source, or a list of them.
 
     Parameters
     ----------
     source : Source or str or Path, or list of them
         What ``echoplan.open`` returns, or what it takes.
-    progress : Progress
-        Shows how far it is.
 
     Returns
     -------
     Recordings
-        Their sweeps.
+        Without their sweeps.
 
     Raises
     ------
@@ -85,8 +106,7 @@ def read_recordings(source: OneOrSeveral, *, progress: Progress) -> Recordings:
         fspath(one) if isinstance(one, str | PathLike) else opened.name
         for one, opened in zip(several, sources, strict=True)
     )
-    sweeps = tuple(tuple(progress.track(each, total=len(each), task="reading")) for each in sources)
-    return Recordings(names=tuple(names), sources=sources, sweeps=sweeps)
+    return Recordings(names=tuple(names), sources=sources)
 
 
 def map_recordings(
@@ -120,12 +140,11 @@ def map_recordings(
     Raises
     ------
     InputError
-        If several recordings are to be mapped, or one after a map, and the method maps one only, their poses are to be
-        trusted, they have different sensors, or one has no pings or no positions, or begins where those before it show
-        too little.
+        If of several recordings, or one after a map, one has no pings or no positions, or begins where those before it
+        show too little.
     """
     if len(recordings.sources) > 1 or known is not None:
-        _check_several(mapper, recordings)
+        _check_readings(mapper.rig, recordings)
     found, mapped, changes = known, tuple[Sweep, ...](), list[Changes]()
     for name, recorded in zip(recordings.names, recordings.sweeps, strict=True):
         if found is None:
@@ -143,25 +162,82 @@ def map_recordings(
         later = later_views(earlier, mapper.views_xy)
         if contradicts(before, later):
             raise InputError(name, "it is of another place than what came before", remedy="map it alone")
-        changes.append(find_changes(before, found, recording=name, earlier=earlier, later=later))
+        changes.append(
+            find_changes(before, found, recording=name, first_sweep=moved[0].index, earlier=earlier, later=later)
+        )
     assert found is not None
     return replace(found, changes=tuple(changes)), mapped
 
 
-def _check_several(mapper: LocalMapper, recordings: Recordings) -> None:
-    """Refuse recordings that cannot be mapped together."""
-    if not isinstance(mapper.mapper, JointMapper):
+def check_options(
+    method: str, settings: BaseModel, *, recordings: int, start: str | PathLike[str] | None
+) -> StartingMap | None:
+    """Check, before anything is read, that a method can map so many recordings, or go on from a map.
+
+    Parameters
+    ----------
+    method : str
+        Name of the method.
+    settings : BaseModel
+        Its settings.
+    recordings : int
+        How many recordings are to be mapped.
+    start : str or Path or None
+        Folder of the map from which the new one goes on.
+
+    Returns
+    -------
+    StartingMap or None
+        That map.
+
+    Raises
+    ------
+    InputError
+        If the method maps one recording only, poses are to be trusted, or the map cannot be read.
+    """
+    if recordings == 1 and start is None:
+        return None
+    if not isinstance(settings, JointSettings):
+        if start is not None:
+            raise InputError("--start", f"{method} cannot go on from a map", remedy="use joint")
         raise InputError("--method", "it maps one recording only", remedy="use joint")
-    if mapper.mapper.settings.poses is PoseMode.TRUST:
+    if settings.poses is PoseMode.TRUST:
         problem = "the poses of a recording that goes on from another one cannot be trusted: its frame is its own"
         raise InputError("--poses", problem, remedy="leave it out")
-    for name, source, sweeps in zip(recordings.names, recordings.sources, recordings.sweeps, strict=True):
-        if source.rig.sensors != mapper.rig.sensors:
-            problem = f"its sensors are not those of {recordings.names[0]}"
-            raise InputError(name, problem, remedy="map it alone, or correct its rig.toml")
+    return None if start is None else read_start(start)
+
+
+def check_sensors(recordings: Recordings, known: StartingMap | None) -> None:
+    """Check that recordings have the same sensors, and those of the map from which the new one goes on.
+
+    Parameters
+    ----------
+    recordings : Recordings
+        The recordings.
+    known : StartingMap or None
+        That map.
+
+    Raises
+    ------
+    InputError
+        If one has others: noise and range scale of the map are those of its sensors.
+    """
+    before, wanted = recordings.names[0], sensors_of(recordings.first.rig)
+    if known is not None:
+        before, wanted = "the map of --start", known.sensors
+    for name, source in zip(recordings.names, recordings.sources, strict=True):
+        if not np.array_equal(sensors_of(source.rig), wanted):
+            raise InputError(
+                name, f"its sensors are not those of {before}", remedy="map it alone, or correct its rig.toml"
+            )
+
+
+def _check_readings(rig: Rig, recordings: Recordings) -> None:
+    """Refuse recordings without pings or positions."""
+    for name, sweeps in zip(recordings.names, recordings.sweeps, strict=True):
         if not any(map(len, sweeps)):
             raise InputError(name, "it has no pings", remedy="leave it out")
-        if find_faults(sweeps, mapper.rig).has_no_poses:
+        if find_faults(sweeps, rig).has_no_poses:
             raise InputError(name, "it has no positions", remedy="record the poses of the robot with it")
 
 

@@ -15,9 +15,9 @@ from echoplan.io.truth import as_truth
 from echoplan.joint.mapper import JointMapper, JointSettings
 from echoplan.joint.trace import collect_events
 from echoplan.mapping.progress import SILENT, Progress
-from echoplan.mapping.recordings import OneOrSeveral, map_recordings, read_recordings
+from echoplan.mapping.recordings import OneOrSeveral, check_options, check_sensors, map_recordings, open_recordings
 from echoplan.mapping.result import MapResult
-from echoplan.mapping.start import StartingMap, read_start
+from echoplan.mapping.start import StartingMap, sensors_of
 from echoplan.methods import LocalMapper, Method, find_method, grid_of, observations_of
 from echoplan.model import Rig, Sweep, Truth
 from echoplan.sources import conventions_of, find_truth, has_rig_file
@@ -77,12 +77,14 @@ def map_source(
     >>> len(result.walls), result.evaluate().matches.by_class["wall"].tally.found
     (4, 4)
     """
-    read = read_recordings(source, progress=progress)
-    opened, rig = read.first, read.first.rig
-    truth = find_truth(opened) if truth is None else as_truth(truth)
     chosen = find_method(method)
     settings = _checked(settings, chosen.settings_type)
-    known = None if start is None else read_start(start)
+    recordings = open_recordings(source)
+    known = check_options(method, settings, recordings=len(recordings.sources), start=start)
+    check_sensors(recordings, known)
+    opened, rig = recordings.first, recordings.first.rig
+    truth = find_truth(opened) if truth is None else as_truth(truth)
+    read = recordings.read(progress)
     mapper, listener = _mapper(chosen, rig, settings, known=known), EchoListener(rig)
     mapped: list[Sweep] = []
     with collect_events() as events, ExitStack() as shown:
@@ -117,17 +119,18 @@ def map_source(
         sweeps=tuple(mapped),
         decisions=decisions,
         grid=grid_of(mapper),
-        known=None if prior is None else StartingMap(feature_map=found, prior=prior, origin_xy=mapper.origin_xy),
+        known=None
+        if prior is None
+        else StartingMap(feature_map=found, prior=prior, origin_xy=mapper.origin_xy, sensors=sensors_of(rig)),
     )
 
 
 def _mapper(method: Method, rig: Rig, settings: BaseModel, *, known: StartingMap | None) -> LocalMapper:
     """Return a mapper that begins anew, or that goes on from a map."""
-    if known is None:
+    if known is None or not isinstance(settings, JointSettings):
         return method.build(rig, settings)
-    if not isinstance(settings, JointSettings):
-        raise InputError("--start", f"{method.name} cannot go on from a map", remedy="use joint")
-    return LocalMapper(JointMapper(rig, settings, prior=known.prior), rig, origin_xy=known.origin_xy)
+    mapper = JointMapper(rig, settings, prior=known.prior)
+    return LocalMapper(mapper, rig, origin_xy=known.origin_xy)
 
 
 def _checked(settings: BaseModel | Mapping[str, object] | None, settings_type: type[BaseModel]) -> BaseModel:

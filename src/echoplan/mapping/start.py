@@ -1,6 +1,6 @@
 """A map from which the map of another recording goes on: ``map.json`` with ``prior.npz`` beside it."""
 
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from hashlib import sha256
 from os import PathLike, fspath
 from pathlib import Path
@@ -12,13 +12,13 @@ from echoplan.errors import InputError, InvalidValueError
 from echoplan.io import read_arrays, read_map, write_arrays
 from echoplan.joint.marginal_prior import MarginalPrior
 from echoplan.joint.saved_prior import arrays_of, prior_of_arrays
-from echoplan.model import FeatureMap
+from echoplan.model import FeatureMap, Rig
 
-__all__ = ["PRIOR", "StartingMap", "read_start", "write_prior"]
+__all__ = ["PRIOR", "StartingMap", "read_start", "sensors_of", "write_prior"]
 
 PRIOR = "prior.npz"
 # Version of the arrays; others are refused.
-_VERSION = 1.0
+_VERSION = 2.0
 _REMEDY = "make the map again with echoplan map"
 
 
@@ -34,11 +34,30 @@ class StartingMap:
         Its landmarks with their joint information, in a local frame.
     origin_xy : ndarray, shape (2,)
         Origin of the local frame in the frame of the map [m].
+    sensors : ndarray, shape (n, 7)
+        Sensors of its recordings, as ``sensors_of`` returns them: noise and range scale are theirs.
     """
 
     feature_map: FeatureMap
     prior: MarginalPrior
     origin_xy: FloatArray
+    sensors: FloatArray
+
+
+def sensors_of(rig: Rig) -> FloatArray:
+    """Return what identifies the sensors of a rig; bags show their resolutions only roughly.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+
+    Returns
+    -------
+    ndarray, shape (n, 7)
+        Id, x, y, yaw, half aperture, least and greatest range [m, rad].
+    """
+    return np.array([astuple(each)[:-1] for each in rig.sensors], dtype=np.float64)
 
 
 def read_start(path: str | PathLike[str]) -> StartingMap:
@@ -74,15 +93,22 @@ def read_start(path: str | PathLike[str]) -> StartingMap:
         raise InputError(beside, f"it is of another map than {file.name}, or one of them was changed", remedy=_REMEDY)
     try:
         origin_xy = checked_floats(arrays.get("origin", np.zeros(0)), name="origin", shape=(2,))
-        return StartingMap(feature_map=feature_map, prior=prior_of_arrays(arrays), origin_xy=origin_xy)
+        sensors = checked_floats(arrays.get("sensors", np.zeros(0)), name="sensors", shape=(None, 7))
+        return StartingMap(feature_map=feature_map, prior=prior_of_arrays(arrays), origin_xy=origin_xy, sensors=sensors)
     except InvalidValueError as error:
         raise InputError(beside, str(error), remedy=_REMEDY) from None
 
 
-def write_prior(folder: Path, prior: MarginalPrior, *, origin_xy: FloatArray) -> None:
+def write_prior(folder: Path, known: StartingMap) -> None:
     """Write what another recording needs to go on from the ``map.json`` of a folder."""
     digest = np.array(_digest_of(folder / "map.json"), dtype=np.float64)
-    arrays = {"version": np.array([_VERSION]), "map_digest": digest, "origin": origin_xy, **arrays_of(prior)}
+    arrays = {
+        "version": np.array([_VERSION]),
+        "map_digest": digest,
+        "origin": known.origin_xy,
+        "sensors": known.sensors,
+        **arrays_of(known.prior),
+    }
     write_arrays(folder / PRIOR, arrays)
 
 

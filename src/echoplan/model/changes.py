@@ -16,6 +16,8 @@ class Changes:
     ----------
     recording : str, optional
         Name of the recording.
+    first_sweep : int, optional
+        Number of its first sweep; None if it is not known.
     gone_walls, new_walls : tuple of ndarray, shape (2, 2), optional
         Ends of walls, or of pieces of walls [m].
     gone_cylinders, new_cylinders : tuple of Cylinder, optional
@@ -28,6 +30,7 @@ class Changes:
     """
 
     recording: str = ""
+    first_sweep: int | None = None
     gone_walls: tuple[FloatArray, ...] = ()
     new_walls: tuple[FloatArray, ...] = ()
     gone_cylinders: tuple[Cylinder, ...] = ()

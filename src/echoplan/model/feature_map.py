@@ -92,6 +92,13 @@ class FeatureMap:
         store(self, sweeps=sweeps, poses=poses, pose_covariances=covariances)
 
     @property
+    def paths_xy(self) -> list[FloatArray]:
+        """Path of the robot in each recording [m], shape (p, 2) each."""
+        firsts = [each.first_sweep for each in self.changes if each.first_sweep is not None]
+        parts = np.split(self.poses[:, :2], np.searchsorted(self.sweeps, firsts))
+        return [part for part in parts if len(part)]
+
+    @property
     def unobserved_ends(self) -> BoolArray:
         """Ends of walls that were not observed, shape (w, 2): the wall is drawn as far as it was detected.
 

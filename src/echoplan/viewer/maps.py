@@ -234,7 +234,8 @@ def draw_stations(axes: Axes, feature_map: FeatureMap) -> None:
         A map with its poses.
     """
     points = feature_map.poses[:, :2]
-    axes.plot(*points.T, ":", color=MUTED, linewidth=0.7)
+    for path_xy in feature_map.paths_xy:
+        axes.plot(*path_xy.T, ":", color=MUTED, linewidth=0.7)
     axes.plot(*points.T, "o", color=MUTED, markersize=2.5, label="station" if len(points) else None)
     for name, point in zip(station_labels(feature_map.sweeps, feature_map.poses[:, :2]), points, strict=True):
         if name:

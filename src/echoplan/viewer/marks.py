@@ -174,7 +174,7 @@ def station_marks(plan: Plan, sheet: Sheet) -> list[ET.Element]:
     labels = station_labels(found.sweeps, found.poses[:, :2])
     stations = zip(found.poses[:, :2], found.sweeps.tolist(), labels, station_facts(found), spreads, strict=True)
     return [
-        element("path", class_="way", d=path([sheet.paper(found.poses[:, :2])]) if len(found.poses) else ""),
+        element("path", class_="way", d=path(map(sheet.paper, found.paths_xy))),
         *(
             _feature(
                 facts,

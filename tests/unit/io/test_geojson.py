@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from echoplan.io import read_map, write_geojson
 from echoplan.io.geojson import LOCAL_METRES
-from echoplan.model import FeatureMap, Quality, Verdict
+from echoplan.model import Changes, FeatureMap, Quality, Verdict
 from helpers import maps
 from helpers.drawings import gapped_map
 
@@ -107,6 +107,14 @@ def test_the_path_is_a_line_or_the_point_where_the_robot_stood_or_is_left_out(tm
     assert paths[0] is None
     assert [each["geometry"]["type"] for each in paths if each] == ["Point", "Point", "LineString"]
     assert [each["properties"]["length"] for each in paths if each] == [0.0, 0.0, 5.0]
+
+
+def test_each_recording_has_a_path_of_its_own(tmp_path: Path) -> None:
+    poses = [[0.0, 0.0, 0.0], [3.0, 4.0, 0.0], [9.0, 9.0, 0.0]]
+    write_geojson(tmp_path / "map.geojson", replace(maps.drawn(poses=poses), changes=(Changes(first_sweep=2),)))
+    written = features_of(tmp_path / "map.geojson")
+    assert written["path-0"]["geometry"]["coordinates"] == [[0.0, 0.0], [3.0, 4.0]]
+    assert written["path-1"]["geometry"]["coordinates"] == [9.0, 9.0]
 
 
 def test_a_file_says_how_far_its_map_can_be_trusted(tmp_path: Path) -> None:

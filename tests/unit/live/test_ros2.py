@@ -1,7 +1,7 @@
 """A running ROS 2 as a feed: it waits for the robot, follows it, and says what is missing."""
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from threading import Thread, Timer
 from typing import Any
 
@@ -11,7 +11,8 @@ import pytest
 from echoplan.errors import InputError, UnknownNameError
 from echoplan.grids import grid_from_map
 from echoplan.io.ros import BagOptions, parse_bag_options
-from echoplan.io.ros.wire import parse_address
+from echoplan.io.ros.series import Row, as_contents
+from echoplan.io.ros.wire import parse_address, stream
 from echoplan.live import Complete, Control, Event, Notice, Ros2Feed
 from echoplan.live.mapping import MapUpdate
 from echoplan.model import FeatureMap
@@ -46,6 +47,30 @@ def test_sweeps_come_from_messages_and_other_programs_drive() -> None:
     assert len(feed.rig.sensors) == 3
     assert feed.controls == frozenset[Control]()
     feed.close()
+
+
+def test_each_message_is_decoded_once_while_it_waits(monkeypatch: pytest.MonkeyPatch) -> None:
+    taken = list[Row]()
+
+    def noted(rows: Iterable[Row]) -> Any:
+        new = list(rows)
+        taken.extend(new)
+        return as_contents(new)
+
+    monkeypatch.setattr(stream, "as_contents", noted)
+    joined(FakeTransport(driven())).close()
+    assert len(taken) == len({id(row) for row in taken}) > 0
+
+
+def test_a_network_that_takes_no_map_is_left() -> None:
+    class Deaf(FakeTransport):
+        def advertise(self, name: str, kind: str, *, is_latched: bool) -> Any:
+            raise InputError("ROS 2", f"{name} cannot be published", remedy="start again")
+
+    transport = Deaf(driven())
+    with pytest.raises(InputError, match="/map cannot be published"):
+        joined(transport)
+    assert transport.is_closed
 
 
 def test_what_is_missing_is_said_while_it_waits_and_at_the_end() -> None:

@@ -17,7 +17,7 @@ from echoplan.errors import InputError, OutputError
 from echoplan.live import Complete, Notice, Partial
 from echoplan.live.access import Access
 from echoplan.live.live_map import LiveMap
-from echoplan.live.mapping import sensor_faults
+from echoplan.live.mapping import check_map, sensor_faults
 from echoplan.live.server import LiveServer
 from echoplan.live.survey import Survey
 from echoplan.model import Sweep
@@ -29,7 +29,7 @@ from websockets.exceptions import InvalidStatus  # noqa: E402
 
 
 class Drawn(Executor):
-    """Draws each survey as the number of its sweeps, finds no fault, and saves one file."""
+    """Draws and checks each survey as the number of its sweeps, finds no fault, and saves one file."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **_: Any) -> Future[Any]:
         done: Future[Any] = Future()
@@ -41,7 +41,7 @@ class Drawn(Executor):
         else:
             (survey,) = args
             assert isinstance(survey, Survey)
-            done.set_result(json.dumps({"topic": "map", "sweeps": len(survey)}))
+            done.set_result(json.dumps({"topic": "verdict" if fn is check_map else "map", "sweeps": len(survey)}))
         return done
 
 

@@ -30,7 +30,7 @@ def room(*walls: ArrayLike, cylinders: tuple[Cylinder, ...] = ()) -> FeatureMap:
 
 
 def changes(before: FeatureMap, after: FeatureMap, *, earlier: FloatArray = VIEW, later: FloatArray = LATER) -> Changes:
-    return find_changes(before, after, recording="tuesday", earlier=earlier, later=later)
+    return find_changes(before, after, first_sweep=0, recording="tuesday", earlier=earlier, later=later)
 
 
 def test_nothing_changes_between_equal_maps() -> None:

@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.patches import Circle, Ellipse, Polygon
 
-from echoplan.model import Corner, CornerKind, FeatureClass, FeatureMap
+from echoplan.model import Changes, Corner, CornerKind, FeatureClass, FeatureMap
 from echoplan.viewer.maps import (
     draw_corners,
     draw_cylinders,
@@ -102,6 +102,12 @@ def test_stations_are_joined_in_their_order_and_named() -> None:
     assert marks.get_label() == "station"
     assert [note.get_text() for note in notes(axes)] == ["A", "B", "C"]
     np.testing.assert_allclose([note.xy for note in notes(axes)], places)
+
+
+def test_the_paths_of_two_recordings_are_not_joined() -> None:
+    found = replace(drawn(poses=STATIONS), changes=(Changes(first_sweep=1),))
+    first, second, marks = axes_of(lambda axes: draw_stations(axes, found)).lines
+    assert [len(data(line)) for line in (first, second, marks)] == [1, 2, 3]
 
 
 def test_of_a_thousand_stations_a_few_are_named() -> None:

@@ -89,6 +89,13 @@ def test_only_layers_that_are_there_can_be_switched(page: Page, plan: Plan) -> N
     assert Page(report_html(Report(title="None", plan=Plan(feature_map=FeatureMap(method="rcd"))))).all("input") == []
 
 
+def test_the_legend_names_each_kind_of_change_that_the_map_shows(plan: Plan) -> None:
+    text = report_html(Report(title="A room", plan=plan))
+    assert {"gone since earlier recordings", "new since earlier recordings"} <= {*Page(text).texts}
+    for kind in ("gone", "new"):
+        assert f".plan:not(:has(.map .{kind})) .of-{kind}" in text
+
+
 def test_the_layers_that_are_shown_at_first_are_ticked(page: Page) -> None:
     ticked = {box["name"] for box in page.all("input") if "checked" in box}
     assert ticked == {"truth", "echoes"}

@@ -263,6 +263,13 @@ def test_what_is_gone_and_what_is_new_are_drawn_with_their_names() -> None:
     assert ((gone.get("d") or "").count("M"), (new.get("d") or "").count("M")) == (1, 2)
 
 
+def test_the_paths_of_two_recordings_are_not_joined() -> None:
+    poses = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [3.0, 0.0, 0.0], [4.0, 0.0, 0.0]]
+    found = replace(drawn(poses=poses), changes=(Changes(first_sweep=2),))
+    (way,) = [each for each in plan_element(Plan(feature_map=found)).iter() if each.get("class") == "way"]
+    assert ((way.get("d") or "").count("M"), (way.get("d") or "").count("L")) == (2, 2)
+
+
 def test_titles_keep_their_lines(document: ET.Element) -> None:
     title = next(text for text in titles(document) if text.startswith("wall 0"))
     assert "\nlength: 5.000 m\n" in title

@@ -56,9 +56,14 @@ class WireAddress:
     wait: float = 10.0
 
     @property
+    def endpoint(self) -> str:
+        """Host and port as in an address: IPv6 in brackets."""
+        return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
+
+    @property
     def is_local(self) -> bool:
         """Whether nobody but this machine takes part."""
-        return self.host in ("localhost", "127.0.0.1")
+        return self.host in ("localhost", "127.0.0.1", "::1")
 
 
 def is_address(text: str) -> bool:

@@ -156,24 +156,28 @@ def wait_for_sweeps(incoming: Incoming, address: WireAddress, *, report: Callabl
     UnknownNameError
         If a topic that the user names is not there.
     """
-    begin, found_at, reported = time.monotonic(), 0.0, ""
-    rows: list[Row] = []
+    begin, reported, window = time.monotonic(), "", Window()
     while True:
-        problem: EchoplanError | None = None
         now = time.monotonic() - begin
         try:
             listening = incoming.listen()
-            rows += incoming.rows()
-            advanced = advance(Window(), rows, listening=listening)
+            window = window.with_rows(incoming.rows())
+            advance(window, (), listening=listening)
+            listening, window = _settled(incoming, window)
+            return Start(listening=listening, advanced=advance(window, (), listening=listening))
         except EchoplanError as error:
             problem = incoming.explained(error, address)
-        else:
-            found_at = found_at or now
-            if now - found_at >= _SETTLED:
-                return Start(listening=listening, advanced=advanced)
-            continue
         if now >= address.wait:
             raise problem
         if now >= _REPORTED and str(problem) != reported:
             reported = str(problem)
             report(f"Waiting for up to {address.wait:g} s: {reported}")
+
+
+def _settled(incoming: Incoming, window: Window) -> tuple[Listening, Window]:
+    """Take the messages of sensors and topics that follow the first ones."""
+    listening, end = incoming.listen(), time.monotonic() + _SETTLED
+    while time.monotonic() < end:
+        window = window.with_rows(incoming.rows())
+        listening = incoming.listen()
+    return listening, window

@@ -80,6 +80,10 @@ class Window:
     finished_ns: int = _EARLIEST_NS
     rig: Rig | None = None
 
+    def with_rows(self, rows: Iterable[Row]) -> "Window":
+        """Append the numbers of new messages."""
+        return replace(self, series=_joined(self.series, as_contents(rows)))
+
     def emptied(self) -> "Window":
         """Forget all but the sensors and the transforms that never change."""
         fixed = {key: own for key, own in self.series.items() if key.role is Role.FIXED_TRANSFORM}
@@ -145,9 +149,9 @@ def advance(window: Window, rows: Iterable[Row], *, listening: Listening, is_sil
     InputError
         If something is missing for a map, time goes back, or sensors are mounted elsewhere than before.
     """
-    series = _joined(window.series, as_contents(rows))
+    window = window.with_rows(rows)
     read = contents_of(
-        series,
+        window.series,
         path=listening.path,
         options=listening.options,
         topics=listening.topics,
@@ -161,7 +165,7 @@ def advance(window: Window, rows: Iterable[Row], *, listening: Listening, is_sil
     finished, rest = _cut(recording, after_ns=window.finished_ns, settled_ns=settled_ns)
     parents = {(step.end, step.is_down): step.start for step in read.frames.steps}
     return Advance(
-        window=_shortened(replace(window, series=series, rig=rig), finished, without_stamps=read.without_stamps),
+        window=_shortened(replace(window, rig=rig), finished, without_stamps=read.without_stamps),
         rig=rig,
         finished=tuple(finished),
         partial=rest[-1] if rest else None,

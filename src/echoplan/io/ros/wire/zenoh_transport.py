@@ -66,12 +66,12 @@ class ZenohTransport:
         self._kept: list[Any] = []
         configuration = zenoh.Config()
         configuration.insert_json5("mode", '"client"')
-        configuration.insert_json5("connect/endpoints", f'["tcp/{address.host}:{address.port}"]')
+        configuration.insert_json5("connect/endpoints", f'["tcp/{address.endpoint}"]')
         configuration.insert_json5("scouting/multicast/enabled", "false")
         try:
             self._network = zenoh.open(configuration)
         except zenoh.ZError as error:
-            problem = f"no Zenoh answers at {address.host}:{address.port}"
+            problem = f"no Zenoh answers at {address.endpoint}"
             remedy = (
                 "start its router (ros2 run rmw_zenoh_cpp rmw_zenohd), or name host and port: ros2+zenoh://HOST:PORT"
             )

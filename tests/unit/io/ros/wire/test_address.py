@@ -58,3 +58,10 @@ def test_types_on_the_wire_are_those_of_ros() -> None:
     assert type_on_wire("sensor_msgs/msg/Range") == "sensor_msgs::msg::dds_::Range_"
     assert type_from_wire("sensor_msgs::msg::dds_::Range_") == "sensor_msgs/msg/Range"
     assert [type_from_wire(each) for each in ("Square", "shapes::Square", "")] == ["", "", ""]
+
+
+def test_the_address_of_a_router_may_be_ipv6() -> None:
+    address = parse_address("ros2+zenoh://[::1]:7448", environment={})
+    assert (address.host, address.port, address.endpoint) == ("::1", 7448, "[::1]:7448")
+    assert address.is_local
+    assert parse_address("ros2+zenoh://robot", environment={}).endpoint == "robot:7447"

@@ -1,0 +1,42 @@
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from echoplan.errors import InputError
+from echoplan.io import builtin_rig
+from echoplan.mapping import map_source
+from echoplan.model import Rig, Sweep
+
+
+class Unread:
+    """A source that must not be read."""
+
+    def __init__(self, rig: str = "rotary-array") -> None:
+        self.name = rig
+        self.rig: Rig = builtin_rig(rig)
+
+    def __len__(self) -> int:
+        return 1
+
+    def __iter__(self) -> Iterator[Sweep]:
+        pytest.fail("it was read")
+
+
+@pytest.mark.parametrize(
+    ("sources", "options", "problem"),
+    [
+        ([Unread(), Unread()], {"method": "rcd"}, "--method: it maps one recording only"),
+        ([Unread(), Unread()], {"settings": {"poses": "trust"}}, "--poses: the poses of a recording that goes on"),
+        ([Unread()], {"method": "rcd", "start": "nowhere"}, "--start: rcd cannot go on from a map"),
+        ([Unread()], {"start": "nowhere"}, "nowhere"),
+        ([Unread(), Unread("ring-16")], {}, "ring-16: its sensors are not those of rotary-array"),
+    ],
+    ids=["method", "poses", "start with another method", "missing map", "sensors"],
+)
+def test_what_cannot_be_mapped_is_refused_before_it_is_read(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, sources: list[Unread], options: dict[str, object], problem: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match=problem):
+        map_source(sources, **options)  # type: ignore[arg-type]
