@@ -125,8 +125,9 @@ def _trimmed(views: FloatArray) -> shapely.STRtree:
 def _pieces(there: FeatureMap, other: FeatureMap) -> _Shapes:
     """Return the pieces of walls that only one map has."""
     known = shapely.union_all(shapely.buffer(_lines(other.walls), _SAME))
-    pieces: _Shapes = shapely.get_parts(shapely.difference(_lines(there.walls), known))
-    return pieces[shapely.length(pieces) >= _SHORTEST]
+    pieces = shapely.get_parts(shapely.difference(_lines(there.walls), known))
+    long: _Shapes = pieces[shapely.length(pieces) >= _SHORTEST]
+    return long
 
 
 def _bodies(pieces: _Shapes) -> _Shapes:
