@@ -9,6 +9,7 @@ evidence. The estimator then goes on from the likeliest one.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import repeat
 from typing import NamedTuple
 
 import numpy as np
@@ -116,10 +117,7 @@ def localise(
         sweeps=found.sweeps,
         poses=found.poses + origin,
         covariances=found.covariances,
-        segments=tuple(
-            TrajectorySegment(first=first, starts=tuple(replace(each, pose=each.pose + origin) for each in some))
-            for first, some in zip(found.sweeps[of_parts].tolist(), starts, strict=True)
-        ),
+        segments=tuple(map(_segment, found.sweeps[of_parts].tolist(), starts, repeat(origin))),
         inlier_ratio=inlier_ratio(replace(located, features=located.refreshed())),
     )
 
@@ -230,6 +228,11 @@ def _followed(search: _Search, start: FloatArray | None) -> list[list[_Track]]:
         else:
             parts[-1] = tracks
     return parts
+
+
+def _segment(first: int, starts: Sequence[StartPose], origin: FloatArray) -> TrajectorySegment:
+    """Return the segment that begins with sweep ``first`` at one of several poses; ``origin`` is that of their frame."""
+    return TrajectorySegment(first=first, starts=tuple(replace(each, pose=each.pose + origin) for each in starts))
 
 
 def _weighed(tracks: Sequence[_Track], estimate: Estimate, feature_map: FeatureMap, *, rig: Rig) -> list[StartPose]:
