@@ -9,13 +9,13 @@ evidence. The estimator then goes on from the likeliest one.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import repeat
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from scipy.special import softmax
 
-from echoplan.arrays import FloatArray
+from echoplan.arrays import FloatArray, IntArray
 from echoplan.errors import InvalidValueError
 from echoplan.joint.estimate import Estimate
 from echoplan.joint.initial_estimate import initial_estimate
@@ -96,14 +96,14 @@ def localise(
         priors=odometry_prior(stations.poses, settings.pose_errors, estimate.odometry_noise),
         settings=settings,
     )
-    parts = _followed(search, None if start is None else start - origin)
+    followed = _followed(search, None if start is None else start - origin)
+    parts = list(map(partial(_weighed, estimate=estimate, feature_map=feature_map, rig=rig), followed))
     # Indices of the first sweep of each station, and of each part.
     of_stations = np.unique(stations.numbers, return_index=True)[1]
     of_parts = of_stations[[tracks[0].first for tracks in parts]]
-    trajectories, starts = [], []
+    trajectories = []
     for tracks, indices in zip(parts, np.split(np.arange(len(sweeps)), of_parts[1:]), strict=True):
-        starts.append(_weighed(tracks, estimate, feature_map, rig=rig))
-        prior = prior_of_map(feature_map, starts[-1][0].pose, noise=estimate.first_noise)
+        prior = prior_of_map(feature_map, tracks[0].poses[0], noise=estimate.first_noise)
         mapper = JointMapper(rig, settings, prior=prior)
         for index in indices:
             mapper.add(sweeps[index])
@@ -117,7 +117,7 @@ def localise(
         sweeps=found.sweeps,
         poses=found.poses + origin,
         covariances=found.covariances,
-        segments=tuple(map(_segment, found.sweeps[of_parts].tolist(), starts, repeat(origin))),
+        segments=_segments(parts, found.sweeps[of_parts], origin=origin),
         inlier_ratio=inlier_ratio(replace(located, features=located.refreshed())),
     )
 
@@ -137,11 +137,12 @@ def _initial(sweeps: Sequence[Sweep], rig: Rig, *, settings: EstimateSettings) -
 
 
 class _Track(NamedTuple):
-    """Poses of the stations from ``first`` on, shape (k, 3) [m, m, rad], and their scores, shape (k,) [nats]."""
+    """Poses of the stations from ``first`` on, shape (k, 3) [m, m, rad], their scores, shape (k,) [nats], a weight."""
 
     first: int
     poses: FloatArray
     scores: FloatArray
+    weight: float = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -230,19 +231,14 @@ def _followed(search: _Search, start: FloatArray | None) -> list[list[_Track]]:
     return parts
 
 
-def _segment(first: int, starts: Sequence[StartPose], origin: FloatArray) -> TrajectorySegment:
-    """Return the segment that begins with sweep ``first`` at one of several poses; ``origin`` is that of their frame."""
-    return TrajectorySegment(first=first, starts=tuple(replace(each, pose=each.pose + origin) for each in starts))
-
-
-def _weighed(tracks: Sequence[_Track], estimate: Estimate, feature_map: FeatureMap, *, rig: Rig) -> list[StartPose]:
-    """Return the first poses of tracks with their weights, the likeliest first.
+def _weighed(tracks: Sequence[_Track], *, estimate: Estimate, feature_map: FeatureMap, rig: Rig) -> list[_Track]:
+    """Return tracks with their weights, the likeliest first.
 
     Scan matching scores what stations detect. The log evidence scores what they miss, too, at optimised poses. The
     readings of an arc share the errors of the map and of the sonar model, so an arc counts as one reading.
     """
     if len(tracks) == 1:
-        return [StartPose(pose=tracks[0].poses[0], weight=1.0)]
+        return list(tracks)
     first, last = tracks[0].first, tracks[0].first + len(tracks[0].poses)
     recorded, measured = rearranged_stations(estimate.recorded, range(first, last)), estimate.measured_poses[first:last]
     of_arcs = np.concatenate([arc.pings for arc in estimate.arcs])
@@ -255,4 +251,20 @@ def _weighed(tracks: Sequence[_Track], estimate: Estimate, feature_map: FeatureM
         now = start.rescore(start.noise).alternate(start.noise, start.odometry(), _ROUNDS)
         evidence.append(share * log_evidence(now))
     weights = softmax(evidence)
-    return [StartPose(pose=tracks[each].poses[0], weight=float(weights[each])) for each in np.argsort(-weights)]
+    return [tracks[each]._replace(weight=float(weights[each])) for each in np.argsort(-weights)]
+
+
+def _segments(
+    parts: Sequence[Sequence[_Track]], sweeps: IntArray, *, origin: FloatArray
+) -> tuple[TrajectorySegment, ...]:
+    """Return the possible first poses of each part of a recording, of which ``sweeps`` are the first sweeps.
+
+    ``origin`` is that of the frame of the tracks in the frame of the map, with yaw 0, shape (3,) [m, m, rad].
+    """
+    return tuple(
+        TrajectorySegment(
+            first=first,
+            starts=tuple(StartPose(pose=each.poses[0] + origin, weight=each.weight) for each in tracks),
+        )
+        for tracks, first in zip(parts, sweeps.tolist(), strict=True)
+    )
