@@ -94,6 +94,7 @@ def test_the_legend_names_each_kind_of_change_that_the_map_shows(plan: Plan) -> 
     assert {"gone since earlier recordings", "new since earlier recordings"} <= {*Page(text).texts}
     for kind in ("gone", "new"):
         assert f".plan:not(:has(.map .{kind})) .of-{kind}" in text
+        assert f"\n.{kind} {{ stroke:" in text
 
 
 def test_the_layers_that_are_shown_at_first_are_ticked(page: Page) -> None:
