@@ -3,14 +3,16 @@
 Simulates drives through random rooms (10 by default) with the built-in ``rotary-array``, whose sweep takes 2.3 s, at
 0.2 m/s, and with the odometry of ``benchmarks/poses.py``: each ping has a pose of its own, and these drift within a
 sweep.  Maps each drive from exact poses, from odometry, and from odometry with the robot halting for each sweep.
-``--large`` makes rooms about twice as long and wide, ``--stations`` sets the number of legs, ``--array`` chooses
-another built-in rig.
+``--wait`` lets the robot stand for the first sweep; ``--short SHARE`` lets odometry count each way and turn too short by
+this share, in addition; ``--large`` makes rooms about twice as long and wide, ``--stations`` sets the number of legs,
+``--array`` chooses another built-in rig.
 
 The map is in the frame of odometry, which may drift before the first sweep is complete, so the errors are printed
 twice: in that frame, and after the true room was moved such that the true path fits the estimated one (``aligned``).
 """
 
 import argparse
+import itertools
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
@@ -21,11 +23,11 @@ import numpy as np
 from echoplan.arrays import FloatArray
 from echoplan.cli.terminal import show, tracked
 from echoplan.evaluation import Evaluation, evaluate, pool
-from echoplan.geometry import compose, transform_points
+from echoplan.geometry import compose, invert, transform_points
 from echoplan.io import rig_names
 from echoplan.joint.settings import PoseMode
-from echoplan.model import FeatureClass, Table, Truth
-from echoplan.simulation import OdometryNoise
+from echoplan.model import FeatureClass, Sweep, Table, Truth
+from echoplan.simulation import OdometryNoise, Simulation
 from library.mapping import map_by_joint
 from library.rooms import ARRAY, LEGS, Drive, random_drive
 
@@ -44,10 +46,16 @@ class Outcome:
 def main() -> None:
     """Map all drives and print a table."""
     arguments = parse()
-    how = Drive(array=arguments.array, stations=arguments.stations, speed=arguments.speed, large=arguments.large)
+    how = Drive(
+        array=arguments.array,
+        stations=arguments.stations,
+        speed=arguments.speed,
+        large=arguments.large,
+        waits=arguments.wait,
+    )
     seeds = range(arguments.first, arguments.first + arguments.rooms)
     with ProcessPoolExecutor(arguments.workers) as workers:
-        runs = workers.map(partial(mapped, how=how), seeds)
+        runs = workers.map(partial(mapped, how=how, short=arguments.short), seeds)
         outcomes = list(tracked(runs, total=arguments.rooms, task="mapping"))
     show(table(outcomes))
 
@@ -61,23 +69,35 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--array", choices=rig_names(), default=ARRAY)
     parser.add_argument("--stations", type=int, default=LEGS)
     parser.add_argument("--large", action="store_true")
+    parser.add_argument("--wait", action="store_true")
+    parser.add_argument("--short", type=float, default=0.0)
     parser.add_argument("--workers", type=int)
     return parser.parse_args()
 
 
-def mapped(seed: int, *, how: Drive) -> Mapping[str, Outcome]:
+def mapped(seed: int, *, how: Drive, short: float) -> Mapping[str, Outcome]:
     """Map one drive from exact poses, from odometry, and from odometry with halts."""
+    exact = random_drive(seed, replace(how, odometry=OdometryNoise()))
+    moving, halting = (random_drive(seed, replace(how, speed=speed)) for speed in (how.speed, None))
     return {
-        "exact poses": outcome(seed, replace(how, odometry=OdometryNoise()), PoseMode.TRUST),
-        "odometry": outcome(seed, how, PoseMode.CORRECT),
-        "odometry, halting": outcome(seed, replace(how, speed=None), PoseMode.CORRECT),
+        "exact poses": outcome(exact, tuple(exact), PoseMode.TRUST),
+        "odometry": outcome(moving, shortened(tuple(moving), short), PoseMode.CORRECT),
+        "odometry, halting": outcome(halting, shortened(tuple(halting), short), PoseMode.CORRECT),
     }
 
 
-def outcome(seed: int, how: Drive, poses: PoseMode) -> Outcome:
+def shortened(sweeps: Sequence[Sweep], short: float) -> Sequence[Sweep]:
+    """Let odometry count each way and turn too short by a share."""
+    poses = np.concatenate([sweep.map_from_base for sweep in sweeps])
+    steps = compose(invert(poses[:-1]), poses[1:]) * (1.0 - short)
+    counted = np.array(list(itertools.accumulate(steps, compose, initial=poses[0])))
+    parts = np.split(counted, np.cumsum([len(sweep) for sweep in sweeps])[:-1])
+    return [replace(sweep, map_from_base=part) for sweep, part in zip(sweeps, parts, strict=True)]
+
+
+def outcome(simulation: Simulation, sweeps: Sequence[Sweep], poses: PoseMode) -> Outcome:
     """Map one drive, and compare the map with the truth."""
-    simulation = random_drive(seed, how)
-    feature_map, seconds = map_by_joint(simulation, tuple(simulation), poses, driven=True)
+    feature_map, seconds = map_by_joint(simulation, sweeps, poses, driven=True)
     truth = simulation.truth
     return Outcome(
         given=evaluate(feature_map, truth),

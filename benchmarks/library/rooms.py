@@ -13,8 +13,20 @@ from echoplan.geometry import directions, distances_to_segments, wrap
 from echoplan.io import builtin_rig
 from echoplan.model import Odometry, Pillar, Polyline, Rig, Route, World
 from echoplan.simulation import OdometryNoise, Simulation, SimulationSettings
+from echoplan.simulation.schedule import default_firing
 
-__all__ = ["ARRAY", "DRIFT", "LEGS", "STATIONS", "Drive", "Floor", "is_oblique", "random_drive", "random_simulation"]
+__all__ = [
+    "ARRAY",
+    "DRIFT",
+    "LEGS",
+    "STATIONS",
+    "Drive",
+    "Floor",
+    "is_oblique",
+    "random_drive",
+    "random_simulation",
+    "sweep_time",
+]
 
 ARRAY, STATIONS = "rotary-array", 14
 # Stations of a drive, and the odometry of its robot: 2 % of the way, 2 degrees a metre and 2 degrees a turn of 1 rad.
@@ -107,6 +119,8 @@ class Drive:
         How fast the robot drives while the head turns [m/s]; None if it halts at each station to sweep.
     large : bool, optional
         Whether rooms are about twice as long and wide.
+    waits : bool, optional
+        Whether the robot stands for the first sweep before it drives without halts.
     """
 
     array: str = ARRAY
@@ -120,6 +134,7 @@ class Drive:
     specified: float | None = None
     speed: float | None = None
     large: bool = False
+    waits: bool = False
 
 
 def random_drive(seed: int, drive: Drive | None = None) -> Simulation:
@@ -147,13 +162,14 @@ def random_drive(seed: int, drive: Drive | None = None) -> Simulation:
     floor, pillars = _pillars(floor, rng)
     room = Polyline(points_xy=floor.outline_xy, closed=True)
     route = _drive(floor, rng, how.stations)
+    rig = _with_specified_odometry(builtin_rig(how.array), how)
     if how.speed is not None:
-        route = _without_halts(route, how.speed)
+        route = _without_halts(route, how.speed, wait=sweep_time(rig) if how.waits else 0.0)
     temperature = _TEMPERATURE + float(rng.uniform(-how.air, how.air))
     latency = float(rng.uniform(0.0, how.lag))
     return Simulation(
         world=World(name=f"drive {seed}", polylines=(room, *boxes), pillars=pillars),
-        rig=_with_specified_odometry(builtin_rig(how.array), how),
+        rig=rig,
         route=route,
         settings=SimulationSettings(
             dropout=how.dropout,
@@ -290,9 +306,18 @@ def _drive(floor: Floor, rng: np.random.Generator, stations: int) -> Route:
     return Route(map_from_base=np.column_stack([way, np.append(yaws, yaws[-1])]))
 
 
-def _without_halts(route: Route, speed: float) -> Route:
-    """Let the robot drive each leg straight at a speed [m/s], and turn on the spot between legs."""
+def sweep_time(rig: Rig) -> float:
+    """Return how long one sweep takes [s]."""
+    firing = default_firing(rig)
+    return firing.period * len(firing.groups) * (len(rig.servo.angles) if rig.servo else 1)
+
+
+def _without_halts(route: Route, speed: float, *, wait: float) -> Route:
+    """Let the robot wait [s], then drive each leg straight at a speed [m/s], and turn on the spot between legs."""
     poses, seconds = [route.map_from_base[0]], [0.0]
+    if wait:
+        poses.append(poses[0])
+        seconds.append(wait)
     for before, after in itertools.pairwise(route.map_from_base):
         poses.append(np.append(after[:2], before[2]))
         seconds.append(seconds[-1] + math.dist(before[:2], after[:2]) / speed)

@@ -20,6 +20,7 @@ __all__ = [
     "at_poses",
     "between_jacobians",
     "between_residuals",
+    "bridge_variances",
     "continued",
     "dead_reckoned",
     "neighbours_of",
@@ -31,6 +32,8 @@ __all__ = [
 
 # Rounding error of a step, due to the digits of recorded poses or the ticks of an encoder [m, m, rad].
 _ROUNDED = (5e-4, 5e-4, 5e-4)
+# Shortest step by whose length its variance is divided [m].
+_STEP = 0.05
 # Standard deviation of the first pose, which defines the frame of the map and is fixed [m, m, rad].
 _FIXED = (1e-4, 1e-4, 1e-5)
 
@@ -234,6 +237,21 @@ def neighbours_of(measurements: Measurements, measured_poses: FloatArray) -> tup
     others = np.clip(own + np.sign(ways).astype(np.int64), 0, last)
     shares: FloatArray = np.abs(ways) / np.maximum(lengths[own + (ways > 0.0)], 1e-9)
     return others, shares
+
+
+def bridge_variances(measurements: Measurements, priors: PosePrior) -> FloatArray:
+    """Return by how much positions of pings scatter about their interpolation, shape (n,) [m^2]: 0 if the robot stood.
+
+    Errors of odometry that accumulate with the way are a Brownian motion. Between two stations it is a Brownian bridge:
+    a share s of a way with error variance v has the variance v s (1 - s) if both ends are known. Before the first and
+    after the last station the way counts from that station.
+    """
+    variances, steps = np.square(priors.sigmas[1:, :2]).max(axis=1), _steps(priors.measured_poses)
+    per_metre = variances / np.maximum(np.hypot(steps[:, 0], steps[:, 1]) + np.abs(steps[:, 2]), _STEP)
+    usual = float(np.median(per_metre)) if len(per_metre) else 0.0
+    _, shares = neighbours_of(measurements, priors.measured_poses)
+    scatter: FloatArray = usual * np.abs(measurements.ways) * (1.0 - np.minimum(shares, 1.0))
+    return scatter
 
 
 def pose_factors(priors: PosePrior, poses: FloatArray, first: int) -> LinearFactor:
