@@ -3,9 +3,9 @@
 Simulates drives through random rooms (10 by default) with the built-in ``rotary-array``, whose sweep takes 2.3 s, at
 0.2 m/s, and with the odometry of ``benchmarks/poses.py``: each ping has a pose of its own, and these drift within a
 sweep.  Maps each drive from exact poses, from odometry, and from odometry with the robot halting for each sweep.
-``--wait`` lets the robot stand for the first sweep; ``--short SHARE`` lets odometry count each way and turn too short by
-this share, in addition; ``--large`` makes rooms about twice as long and wide, ``--stations`` sets the number of legs,
-``--array`` chooses another built-in rig.
+``--wait`` lets the robot stand for the first sweep; ``--short SHARE`` lets odometry count each way and turn too short
+by this share, in addition; ``--large`` makes rooms about twice as long and wide, ``--stations`` sets the number of
+legs, ``--array`` chooses another built-in rig.
 
 The map is in the frame of odometry, which may drift before the first sweep is complete, so the errors are printed
 twice: in that frame, and after the true room was moved such that the true path fits the estimated one (``aligned``).

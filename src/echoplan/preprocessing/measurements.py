@@ -344,7 +344,8 @@ def _rates(stamps_ns: IntArray, angles: FloatArray) -> FloatArray:
 def _ways(sweep: Sweep) -> FloatArray:
     """Find how far the robot drove from the pose of the sweep to each ping [m]; a turn of a radian is a metre."""
     steps = np.diff(sweep.map_from_base, axis=0)
-    ways = np.concatenate([[0.0], np.cumsum(np.hypot(steps[:, 0], steps[:, 1]) + np.abs(wrap(steps[:, 2])))])
+    lengths = np.hypot(steps[:, 0], steps[:, 1]) + np.abs(wrap(steps[:, 2]))
+    ways = np.concatenate([[0.0], np.cumsum(lengths)])
     return np.asarray(ways - ways[len(sweep) // 2], dtype=np.float64)
 
 

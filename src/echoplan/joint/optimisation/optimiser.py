@@ -59,8 +59,9 @@ __all__ = [
 _CYLINDER = int(Kind.CYLINDER)
 # Inverse standard deviation of the weak prior of landmarks that no reading determines [1/m, 1/rad].
 _HOLD = 0.1
-# Largest share of the squared noise that may be drift of odometry within sweeps, as in EchoModel.variances.
-_OWN = 0.5
+# Largest share of the squared noise that may be drift of odometry within sweeps; the rest is noise of the readings.
+# Chosen on drives 2 and 3 of benchmarks/moving_head.py --wait.
+_DRIFT = 0.9
 # The latency counts as determined by the readings if these leave less than this share of its prior variance.
 _DETERMINED = 0.5
 # Damping that is added to the information until a step does not raise the cost (Levenberg 1944): from a prior of 3 m or
@@ -238,8 +239,11 @@ def _linearised(
     jacobian, neighbours = range_jacobian(measurements, tables, now.features, association, explained, walk)
     residuals, excesses = association.residuals[explained], association.excesses[explained]
     variances = now.model.variances(excesses, noise=priors.noise)
-    if priors.poses is not None and measurements.ways.any():
-        variances = _with_drift(variances, bridge_variances(measurements, priors.poses)[explained], noise=priors.noise)
+    if priors.poses is not None and measurements.ways.any() and len(explained):
+        drift = bridge_variances(measurements, priors.poses)[explained]
+        # The noise is estimated from all readings, so it contains the drift in the median.
+        usual = min(float(np.median(drift)), _DRIFT * priors.noise**2)
+        variances = np.maximum(variances - usual, (1.0 - _DRIFT) * priors.noise**2) + drift
     robust_variances = geman_mcclure_variances(residuals, variances, scale=settings.geman_mcclure_scale)
     counts = priors.effective_sample_ratio * measurements.weights[explained]
     owners, stations = association.owners[explained], measurements.stations[explained]
@@ -263,17 +267,6 @@ def geman_mcclure_variances(residuals: FloatArray, variances: FloatArray, *, sca
     """
     inflated: FloatArray = variances * (1.0 + residuals**2 / (scale**2 * variances)) ** 2
     return inflated
-
-
-def _with_drift(variances: FloatArray, drift: FloatArray, *, noise: float) -> FloatArray:
-    """Return the variances of readings with that of the drift since their station [m^2].
-
-    The noise is estimated from all readings, so it contains the drift in the median; at least half of its square is
-    noise of the readings.
-    """
-    usual = min(float(np.median(drift)), _OWN * noise**2) if len(drift) else 0.0
-    total: FloatArray = np.maximum(variances - usual, (1.0 - _OWN) * noise**2) + drift
-    return total
 
 
 def _shared_variances(now: Values, priors: Priors) -> FloatArray:
