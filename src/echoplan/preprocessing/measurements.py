@@ -30,6 +30,8 @@ __all__ = [
 _INDEPENDENT = np.radians(4.0)
 # A burst older than this comes from farther than the reach of any sonar of this kind [s].
 _MEMORY = 0.06
+# A robot whose poses differ by less from ping to ping stood: the difference is a rounding error [m].
+_STOOD = 1e-6
 # What modules take the speed of sound to be [m/s].
 _SPEED = Air().speed_of_sound
 # What there is one of for each ping.
@@ -345,7 +347,7 @@ def _ways(sweep: Sweep) -> FloatArray:
     """Find how far the robot drove from the pose of the sweep to each ping [m]; a turn of a radian is a metre."""
     steps = np.diff(sweep.map_from_base, axis=0)
     lengths = np.hypot(steps[:, 0], steps[:, 1]) + np.abs(wrap(steps[:, 2]))
-    ways = np.concatenate([[0.0], np.cumsum(lengths)])
+    ways = np.concatenate([[0.0], np.cumsum(np.where(lengths > _STOOD, lengths, 0.0))])
     return np.asarray(ways - ways[len(sweep) // 2], dtype=np.float64)
 
 
