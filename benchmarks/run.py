@@ -35,6 +35,8 @@ BENCHMARKS = (
     "poses.py --air 2",
     "poses.py --air 2 --thermometer 0.5",
     "poses.py 150 --air 2 --slip 0.001",
+    "moving_head.py 5 --first 4 --stations 12 --speed 0.3",
+    "moving_head.py 3 --first 4 --stations 12 --speed 0.3 --wait",
     "joint.py 30",
     "joint.py 30 --misset",
     "joint.py 30 --array hc-sr04-servo",

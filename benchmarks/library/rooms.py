@@ -1,5 +1,6 @@
 """Random rooms: one for each seed."""
 
+import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
@@ -12,8 +13,20 @@ from echoplan.geometry import directions, distances_to_segments, wrap
 from echoplan.io import builtin_rig
 from echoplan.model import Odometry, Pillar, Polyline, Rig, Route, World
 from echoplan.simulation import OdometryNoise, Simulation, SimulationSettings
+from echoplan.simulation.schedule import default_firing
 
-__all__ = ["ARRAY", "DRIFT", "LEGS", "STATIONS", "Drive", "Floor", "is_oblique", "random_drive", "random_simulation"]
+__all__ = [
+    "ARRAY",
+    "DRIFT",
+    "LEGS",
+    "STATIONS",
+    "Drive",
+    "Floor",
+    "is_oblique",
+    "random_drive",
+    "random_simulation",
+    "sweep_time",
+]
 
 ARRAY, STATIONS = "rotary-array", 14
 # Stations of a drive, and the odometry of its robot: 2 % of the way, 2 degrees a metre and 2 degrees a turn of 1 rad.
@@ -32,6 +45,8 @@ _PASSAGE, _GAP, _BODY, _STRIDE = 0.6, 0.5, 0.33, 0.35
 _TEMPERATURE, _TEMPERATURES = 20.0, (10.0, 30.0)
 # How far a robot drives from one station to the next [m].
 _NEAREST, _FARTHEST = 0.4, 1.1
+# Sides of a large room [m], and how fast a robot turns on the spot before each leg if it never halts [rad/s].
+_LARGE, _TURNING = (7.0, 11.0), 0.6
 # Points of a leg that must be free, this far apart [m].
 _FOOT = 0.05
 # Places that are tried before a thing is left out, and for all stations together.
@@ -100,6 +115,12 @@ class Drive:
         Deviation of a thermometer [degrees]; infinite without one.
     specified : float, optional
         Share of these errors that the rig specifies; None if it specifies none.
+    speed : float, optional
+        How fast the robot drives while the head turns [m/s]; None if it halts at each station to sweep.
+    large : bool, optional
+        Whether rooms are about twice as long and wide.
+    waits : bool, optional
+        Whether the robot stands for the first sweep before it drives without halts.
     """
 
     array: str = ARRAY
@@ -111,6 +132,9 @@ class Drive:
     lag: float = 0.0
     thermometer: float = math.inf
     specified: float | None = None
+    speed: float | None = None
+    large: bool = False
+    waits: bool = False
 
 
 def random_drive(seed: int, drive: Drive | None = None) -> Simulation:
@@ -133,16 +157,19 @@ def random_drive(seed: int, drive: Drive | None = None) -> Simulation:
         With the true poses beside it.
     """
     rng, how = np.random.default_rng(seed), drive or Drive()
-    floor = Floor(outline_xy=_outline(rng, oblique=is_oblique(seed)))
+    floor = Floor(outline_xy=_outline(rng, oblique=is_oblique(seed), sides=_LARGE if how.large else _SIDES))
     floor, boxes = _boxes(floor, rng, oblique=is_oblique(seed))
     floor, pillars = _pillars(floor, rng)
     room = Polyline(points_xy=floor.outline_xy, closed=True)
     route = _drive(floor, rng, how.stations)
+    rig = _with_specified_odometry(builtin_rig(how.array), how)
+    if how.speed is not None:
+        route = _without_halts(route, how.speed, wait=sweep_time(rig) if how.waits else 0.0)
     temperature = _TEMPERATURE + float(rng.uniform(-how.air, how.air))
     latency = float(rng.uniform(0.0, how.lag))
     return Simulation(
         world=World(name=f"drive {seed}", polylines=(room, *boxes), pillars=pillars),
-        rig=_with_specified_odometry(builtin_rig(how.array), how),
+        rig=rig,
         route=route,
         settings=SimulationSettings(
             dropout=how.dropout,
@@ -207,9 +234,9 @@ def random_simulation(
     )
 
 
-def _outline(rng: np.random.Generator, *, oblique: bool) -> FloatArray:
+def _outline(rng: np.random.Generator, *, oblique: bool, sides: tuple[float, float] = _SIDES) -> FloatArray:
     """Draw a rectangle or an L, and move its vertices if it is to be oblique."""
-    x, y = rng.uniform(*_SIDES, 2)
+    x, y = rng.uniform(*sides, 2)
     lacking_x, lacking_y = rng.uniform(*_CUT, 2) * (x, y)
     notch = [[x, y - lacking_y], [x - lacking_x, y - lacking_y], [x - lacking_x, y]]
     vertices = np.array([[0.0, 0.0], [x, 0.0], *(notch if rng.random() < 0.5 else [[x, y]]), [0.0, y]])
@@ -277,6 +304,27 @@ def _drive(floor: Floor, rng: np.random.Generator, stations: int) -> Route:
     legs = np.diff(way, axis=0)
     yaws = np.arctan2(legs[:, 1], legs[:, 0])
     return Route(map_from_base=np.column_stack([way, np.append(yaws, yaws[-1])]))
+
+
+def sweep_time(rig: Rig) -> float:
+    """Return how long one sweep takes [s]."""
+    firing = default_firing(rig)
+    return firing.period * len(firing.groups) * (len(rig.servo.angles) if rig.servo else 1)
+
+
+def _without_halts(route: Route, speed: float, *, wait: float) -> Route:
+    """Let the robot wait [s], then drive each leg straight at a speed [m/s], and turn on the spot between legs."""
+    poses, seconds = [route.map_from_base[0]], [0.0]
+    if wait:
+        poses.append(poses[0])
+        seconds.append(wait)
+    for before, after in itertools.pairwise(route.map_from_base):
+        poses.append(np.append(after[:2], before[2]))
+        seconds.append(seconds[-1] + math.dist(before[:2], after[:2]) / speed)
+        if turn := abs(float(wrap(after[2] - before[2]))):
+            poses.append(after)
+            seconds.append(seconds[-1] + turn / _TURNING)
+    return Route(map_from_base=np.array(poses), stamps_ns=np.round(1e9 * np.array(seconds)).astype(np.int64))
 
 
 def _is_free(floor: Floor, start: FloatArray, stop: FloatArray) -> bool:

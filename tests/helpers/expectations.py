@@ -75,6 +75,7 @@ def listening(
         crosstalk_sources=np.full((len(hubs), 1), -1),
         crosstalk_delays=np.zeros((len(hubs), 1)),
         weights=np.full(len(hubs), min(1.0, step / np.radians(4.0))),
+        ways=np.zeros(len(hubs)),
         centers=np.array(stations_xy, dtype=np.float64),
         min_range=0.03,
         max_range=REACH,

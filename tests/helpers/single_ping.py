@@ -51,6 +51,7 @@ def one_ping(
         crosstalk_sources=crosstalk_sources,
         crosstalk_delays=np.full((count, 2), lag),
         weights=nothing + 1.0,
+        ways=nothing,
         centers=np.array([place]),
         min_range=0.03,
         max_range=REACH,

@@ -8,7 +8,7 @@ import numpy as np
 
 from echoplan.acoustics import Air
 from echoplan.arrays import BoolArray, FloatArray, IntArray, known_median
-from echoplan.geometry import directions, rotation_step
+from echoplan.geometry import directions, rotation_step, wrap
 from echoplan.model import Pings, Rig, Sweep
 from echoplan.preprocessing.validity import valid_ranges
 
@@ -30,12 +30,14 @@ __all__ = [
 _INDEPENDENT = np.radians(4.0)
 # A burst older than this comes from farther than the reach of any sonar of this kind [s].
 _MEMORY = 0.06
+# A robot whose poses differ by less from ping to ping stood: the difference is a rounding error [m].
+_STOOD = 1e-6
 # What modules take the speed of sound to be [m/s].
 _SPEED = Air().speed_of_sound
 # What there is one of for each ping.
 _BY_PING = (
     "x", "y", "ux", "uy", "arms_x", "arms_y", "angles", "rates", "readings", "stations", "sensors",
-    "crosstalk_sources", "crosstalk_delays", "weights",
+    "crosstalk_sources", "crosstalk_delays", "weights", "ways",
 )  # fmt: skip
 
 
@@ -67,6 +69,9 @@ class Measurements(NamedTuple):
         How long before this ping each of them was fired [s].
     weights : ndarray, shape (n,)
         How much a ping counts beside its neighbours.
+    ways : ndarray, shape (n,)
+        How far the robot drove by its odometry from the pose of the sweep to each ping, negative before it [m]; a turn
+        of a radian counts as a metre. Zero if it stood.
     centers : ndarray, shape (s, 2)
         Mean acoustic centre of each station [m].
     min_range, max_range : float
@@ -89,6 +94,7 @@ class Measurements(NamedTuple):
     crosstalk_sources: IntArray
     crosstalk_delays: FloatArray
     weights: FloatArray
+    ways: FloatArray
     centers: FloatArray
     min_range: float
     max_range: float
@@ -138,6 +144,7 @@ def measurements_of(sweep: Sweep, rig: Rig) -> Measurements:
         crosstalk_sources=crosstalk_sources,
         crosstalk_delays=crosstalk_delays,
         weights=np.full(len(kept), weight),
+        ways=_ways(sweep)[valid],
         centers=center[None],
         min_range=float(rig.min_ranges.max()),
         max_range=float(rig.max_ranges.max()),
@@ -227,11 +234,15 @@ def rearranged_stations(measurements: Measurements, order: Sequence[int]) -> Mea
     Returns
     -------
     Measurements
-        Station after station.
+        Station after station.  Stations that follow each other are no longer neighbours on the path of the robot, so
+        each counts as if the robot had stood.
     """
     parts = [select_measurements(measurements, measurements.stations == station) for station in order]
     return join_measurements(
-        [part._replace(centers=measurements.centers[[station]]) for part, station in zip(parts, order, strict=True)]
+        [
+            part._replace(centers=measurements.centers[[station]], ways=np.zeros(len(part.ways)))
+            for part, station in zip(parts, order, strict=True)
+        ]
     )
 
 
@@ -330,6 +341,14 @@ def _rates(stamps_ns: IntArray, angles: FloatArray) -> FloatArray:
         return np.zeros(len(stamps_ns))
     slopes = np.gradient(angles[firsts], 1e-9 * (times - times[0]))
     return np.asarray(np.interp(stamps_ns, times, slopes), dtype=np.float64)
+
+
+def _ways(sweep: Sweep) -> FloatArray:
+    """Find how far the robot drove from the pose of the sweep to each ping [m]; a turn of a radian is a metre."""
+    steps = np.diff(sweep.map_from_base, axis=0)
+    lengths = np.hypot(steps[:, 0], steps[:, 1]) + np.abs(wrap(steps[:, 2]))
+    ways = np.concatenate([[0.0], np.cumsum(np.where(lengths > _STOOD, lengths, 0.0))])
+    return np.asarray(ways - ways[len(sweep) // 2], dtype=np.float64)
 
 
 def _crosstalk_sources(stamps_ns: IntArray) -> tuple[IntArray, FloatArray]:

@@ -175,6 +175,17 @@ def test_the_rate_of_a_ping_does_not_depend_on_readings_of_its_neighbours() -> N
     assert measurements_of(*one_sensor(angles, ranges)).rates == pytest.approx(complete.rates[[0, 2, 4]])
 
 
+def test_ways_count_from_the_pose_of_the_sweep_and_a_turn_of_a_radian_as_a_metre() -> None:
+    sweep = recorded_sweep()
+    rounded = sweep.map_from_base + np.outer(np.arange(360.0), [1e-16, -1e-16, 1e-16])
+    assert not measurements_of(replace(sweep, map_from_base=rounded), rig()).ways.any()
+    poses = sweep.map_from_base + np.outer(np.arange(360.0), [3e-4, 4e-4, 0.0])
+    poses[200:, 2] += 0.2
+    ways = measurements_of(replace(sweep, map_from_base=poses), rig()).ways
+    assert ways[[0, 180, 199]] == pytest.approx([-0.09, 0.0, 0.0095])
+    assert ways[200] == pytest.approx(0.21)
+
+
 def test_a_single_ping_does_not_turn() -> None:
     assert measurements_of(*one_sensor(np.zeros(1), np.ones(1))).rates.tolist() == [0.0]
 

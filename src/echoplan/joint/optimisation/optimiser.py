@@ -31,7 +31,7 @@ from echoplan.joint.optimisation.layout import (
     Layout,
 )
 from echoplan.joint.optimisation.manhattan import manhattan_factor
-from echoplan.joint.optimisation.pose_factors import at_poses, pose_factors
+from echoplan.joint.optimisation.pose_factors import at_poses, bridge_variances, neighbours_of, pose_factors
 from echoplan.joint.optimisation.priors import OptimiserSettings, Priors, sonar_prior
 from echoplan.joint.optimisation.range_factors import (
     Association,
@@ -59,6 +59,9 @@ __all__ = [
 _CYLINDER = int(Kind.CYLINDER)
 # Inverse standard deviation of the weak prior of landmarks that no reading determines [1/m, 1/rad].
 _HOLD = 0.1
+# Largest share of the squared noise that may be drift of odometry within sweeps; the rest is noise of the readings.
+# Chosen on drives 2 and 3 of benchmarks/moving_head.py --wait.
+_DRIFT = 0.9
 # The latency counts as determined by the readings if these leave less than this share of its prior variance.
 _DETERMINED = 0.5
 # Damping that is added to the information until a step does not raise the cost (Levenberg 1944): from a prior of 3 m or
@@ -194,7 +197,10 @@ def _heading_measurements(measurements: Measurements, now: Values, priors: Prior
 
 
 class _RangeLinearisation(NamedTuple):
-    """Linearised readings: landmark, station and neighbouring wall of each, Jacobian, residuals [m] and weights."""
+    """Linearised readings: landmark, stations and neighbouring wall of each, Jacobian, residuals [m] and weights.
+
+    ``stations``, shape (m, 1), are those whose poses place a reading: (m, 2) if the robot drove meanwhile.
+    """
 
     owners: IntArray
     stations: IntArray
@@ -233,19 +239,24 @@ def _linearised(
     jacobian, neighbours = range_jacobian(measurements, tables, now.features, association, explained, walk)
     residuals, excesses = association.residuals[explained], association.excesses[explained]
     variances = now.model.variances(excesses, noise=priors.noise)
+    if priors.poses is not None and measurements.ways.any() and len(explained):
+        drift = bridge_variances(measurements, priors.poses)[explained]
+        # The noise is estimated from all readings, so it contains the drift in the median.
+        usual = min(float(np.median(drift)), _DRIFT * priors.noise**2)
+        variances = np.maximum(variances - usual, (1.0 - _DRIFT) * priors.noise**2) + drift
     robust_variances = geman_mcclure_variances(residuals, variances, scale=settings.geman_mcclure_scale)
     counts = priors.effective_sample_ratio * measurements.weights[explained]
     owners, stations = association.owners[explained], measurements.stations[explained]
     readings = _RangeLinearisation(
         owners=owners,
-        stations=stations,
+        stations=stations[:, None],
         neighbours=neighbours,
         jacobian=jacobian if len(now.poses) else jacobian[:, :POSE_COLUMNS],
         residuals=residuals,
         weights=_with_shared_bias(counts / robust_variances, owners, stations, _shared_variances(now, priors)),
     )
     if len(now.poses):
-        _add_lever_arm(jacobian, measurements, explained, now.poses)
+        readings = _with_lever_arms(readings, measurements, explained, now=now, priors=priors)
     return association, readings
 
 
@@ -275,11 +286,28 @@ def _with_shared_bias(weights: FloatArray, owners: IntArray, stations: IntArray,
     return capped
 
 
+def _with_lever_arms(
+    readings: _RangeLinearisation, measurements: Measurements, explained: IntArray, *, now: Values, priors: Priors
+) -> _RangeLinearisation:
+    """Turn derivatives by the pose of the sensor into those by the poses of the stations that place it."""
+    jacobian, stations, drove = readings.jacobian, readings.stations, measurements.ways.any()
+    if drove and priors.poses is not None:
+        others, shares = neighbours_of(measurements, priors.poses.measured_poses)
+        others, shares = others[explained], shares[explained, None]
+        by_pose = jacobian[:, POSE_COLUMNS:]
+        jacobian = np.hstack([jacobian[:, :POSE_COLUMNS], (1.0 - shares) * by_pose, shares * by_pose])
+        stations = np.column_stack([stations, others])
+    for number, column in enumerate(stations.T):
+        first = POSE_COLUMNS + 3 * number
+        _add_lever_arm(jacobian[:, first : first + 3], measurements, explained, now.poses[column])
+    return readings._replace(jacobian=jacobian, stations=stations)
+
+
 @compiled
 def _add_lever_arm(jacobian: FloatArray, measurements: Measurements, explained: IntArray, poses: FloatArray) -> None:
-    """Add the lever arms of the sensors to the derivatives by the yaw of the robot."""
+    """Add the lever arms of the sensors to the derivatives by the yaw of the robot; ``poses`` are those by reading."""
     for row, ping in enumerate(explained):
-        base = poses[measurements.stations[ping]]
+        base = poses[row]
         ahead, aside = measurements.x[ping] - base[0], measurements.y[ping] - base[1]
         jacobian[row, -1] += jacobian[row, -2] * ahead - jacobian[row, -3] * aside
 
@@ -305,7 +333,8 @@ def _columns(readings: _RangeLinearisation, of_features: IntArray, starts: tuple
         for place in range(SONAR_COLUMNS, POSE_COLUMNS):
             columns[row, place] = sonar + place - SONAR_COLUMNS
         for place in range(POSE_COLUMNS, columns.shape[1]):
-            columns[row, place] = pose + 3 * stations[row] + place - POSE_COLUMNS
+            number, axis = divmod(place - POSE_COLUMNS, 3)
+            columns[row, place] = pose + 3 * stations[row, number] + axis
     return columns
 
 

@@ -20,8 +20,10 @@ __all__ = [
     "at_poses",
     "between_jacobians",
     "between_residuals",
+    "bridge_variances",
     "continued",
     "dead_reckoned",
+    "neighbours_of",
     "odometry_prior",
     "pose_factors",
     "waypoint_prior",
@@ -30,6 +32,8 @@ __all__ = [
 
 # Rounding error of a step, due to the digits of recorded poses or the ticks of an encoder [m, m, rad].
 _ROUNDED = (5e-4, 5e-4, 5e-4)
+# Shortest step by whose length its variance is divided [m].
+_STEP = 0.05
 # Standard deviation of the first pose, which defines the frame of the map and is fixed [m, m, rad].
 _FIXED = (1e-4, 1e-4, 1e-5)
 
@@ -188,14 +192,24 @@ def dead_reckoned(measured_poses: FloatArray, poses: FloatArray, station: int) -
 
 
 def at_poses(measurements: Measurements, measured_poses: FloatArray, poses: FloatArray) -> Measurements:
-    """Return the pings moved from the recorded poses to other ones, both of shape (s, 3) [m, m, rad]."""
+    """Return the pings moved from the recorded poses to other ones, both of shape (s, 3) [m, m, rad].
+
+    The correction of a ping that was made while the robot drove lies between those of its station and of the
+    neighbouring one: the expectation of an error of odometry that accumulates with the way, given both.
+    """
     turn = np.exp(1j * (poses[:, 2] - measured_poses[:, 2]))
     before, behind = measured_poses[:, 0] + 1j * measured_poses[:, 1], poses[:, 0] + 1j * poses[:, 1]
     own = measurements.stations
     places = behind[own] + turn[own] * (measurements.x + 1j * measurements.y - before[own])
-    axes = turn[own] * (measurements.ux + 1j * measurements.uy)
-    arms = turn[own] * (measurements.arms_x + 1j * measurements.arms_y)
     centers = behind + turn * (measurements.centers[:, 0] + 1j * measurements.centers[:, 1] - before)
+    turns = turn[own]
+    if measurements.ways.any():
+        others, shares = neighbours_of(measurements, measured_poses)
+        beside = behind[others] + turn[others] * (measurements.x + 1j * measurements.y - before[others])
+        places += shares * (beside - places)
+        turns = turns * np.exp(1j * shares * np.angle(turn[others] / turns))
+    axes = turns * (measurements.ux + 1j * measurements.uy)
+    arms = turns * (measurements.arms_x + 1j * measurements.arms_y)
     return measurements._replace(
         x=places.real.copy(),
         y=places.imag.copy(),
@@ -205,6 +219,39 @@ def at_poses(measurements: Measurements, measured_poses: FloatArray, poses: Floa
         arms_y=arms.imag.copy(),
         centers=np.column_stack([centers.real, centers.imag]),
     )
+
+
+def neighbours_of(measurements: Measurements, measured_poses: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Return the station nearest to each ping on the path besides its own, and how far it is towards that, 0 to 1.
+
+    The first and the last station have a neighbour on one side; on the other one, the share is 0.
+    """
+    own, ways, last = measurements.stations, measurements.ways, len(measured_poses) - 1
+    before, after = np.zeros(last + 1), np.zeros(last + 1)
+    np.maximum.at(before, own, -ways)
+    np.maximum.at(after, own, ways)
+    steps = _steps(measured_poses)
+    # A path that bends is longer than the step from one station to the next.
+    lengths = np.hypot(steps[:, 0], steps[:, 1]) + np.abs(steps[:, 2])
+    lengths = np.concatenate([[np.inf], np.maximum(lengths, after[:-1] + before[1:]), [np.inf]])
+    others = np.clip(own + np.sign(ways).astype(np.int64), 0, last)
+    shares: FloatArray = np.abs(ways) / np.maximum(lengths[own + (ways > 0.0)], 1e-9)
+    return others, shares
+
+
+def bridge_variances(measurements: Measurements, priors: PosePrior) -> FloatArray:
+    """Return by how much positions of pings scatter about their interpolation, shape (n,) [m^2]: 0 if the robot stood.
+
+    Errors of odometry that accumulate with the way are a Brownian motion. Between two stations it is a Brownian bridge:
+    a share s of a way with error variance v has the variance v s (1 - s) if both ends are known. Before the first and
+    after the last station the way counts from that station.
+    """
+    variances, steps = np.square(priors.sigmas[1:, :2]).max(axis=1), _steps(priors.measured_poses)
+    per_metre = variances / np.maximum(np.hypot(steps[:, 0], steps[:, 1]) + np.abs(steps[:, 2]), _STEP)
+    usual = float(np.median(per_metre)) if len(per_metre) else 0.0
+    _, shares = neighbours_of(measurements, priors.measured_poses)
+    scatter: FloatArray = usual * np.abs(measurements.ways) * (1.0 - np.minimum(shares, 1.0))
+    return scatter
 
 
 def pose_factors(priors: PosePrior, poses: FloatArray, first: int) -> LinearFactor:
