@@ -2,8 +2,8 @@
 
 Each station is registered to the landmarks of the map by scan matching: the first one everywhere in the map, the others
 near the pose that odometry predicts. Of several possible starts each is followed until its score is far below that of
-the best one. The poses of those that remain are optimised, with the map as their prior, and compared by their log
-evidence. The estimator then goes on from the likeliest one.
+the best one. The poses of those that remain are optimised, with the map as their prior, and compared by what the map
+explains and what it should have returned. The estimator then goes on from the likeliest one.
 """
 
 import math
@@ -20,10 +20,11 @@ from echoplan.errors import InvalidValueError
 from echoplan.joint.estimate import Estimate
 from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.known_map import known_landmarks, prior_of_map
+from echoplan.joint.likelihood.hypothesis_scores import STRONGEST_MISS, missed
 from echoplan.joint.mapper import JointMapper, JointSettings
 from echoplan.joint.optimisation.odometry_noise import VERY_STRONG
 from echoplan.joint.optimisation.pose_factors import PosePrior, at_poses, dead_reckoned, odometry_prior
-from echoplan.joint.pose_correction.consistency import inlier_ratio, log_evidence
+from echoplan.joint.pose_correction.consistency import inlier_ratio
 from echoplan.joint.pose_correction.pose_tracking import local_scans_of
 from echoplan.joint.search.global_search import apart, find_poses, pose_grid
 from echoplan.joint.search.scan_matching import LandmarkMap, LocalScan, best_score, locate
@@ -232,26 +233,33 @@ def _followed(search: _Search, start: FloatArray | None) -> list[list[_Track]]:
 
 
 def _weighed(tracks: Sequence[_Track], *, estimate: Estimate, feature_map: FeatureMap, rig: Rig) -> list[_Track]:
-    """Return tracks with their weights, the likeliest first.
-
-    Scan matching scores what stations detect. The log evidence scores what they miss, too, at optimised poses. The
-    readings of an arc share the errors of the map and of the sonar model, so an arc counts as one reading.
-    """
+    """Return tracks with their weights at optimised poses, the likeliest first."""
     if len(tracks) == 1:
         return list(tracks)
     first, last = tracks[0].first, tracks[0].first + len(tracks[0].poses)
     recorded, measured = rearranged_stations(estimate.recorded, range(first, last)), estimate.measured_poses[first:last]
-    of_arcs = np.concatenate([arc.pings for arc in estimate.arcs])
-    share = len(estimate.arcs) / float(estimate.measurements.weights[of_arcs].sum())
-    evidence = []
+    log_odds = []
     for track in tracks[:_MAX_OPTIMISED]:
         prior = prior_of_map(feature_map, track.poses[0], noise=estimate.first_noise)
         initial = initial_estimate(rig, recorded, measured, estimate.settings, prior)
         start = replace(initial, poses=track.poses, measurements=at_poses(recorded, measured, track.poses))
         now = start.rescore(start.noise).alternate(start.noise, start.odometry(), _ROUNDS)
-        evidence.append(share * log_evidence(now))
-    weights = softmax(evidence)
+        log_odds.append(_log_odds(now))
+    weights = softmax(log_odds)
     return [tracks[each]._replace(weight=float(weights[each])) for each in np.argsort(-weights)]
+
+
+def _log_odds(estimate: Estimate) -> float:
+    """Return the log odds of poses in a known map [nats].
+
+    Readings of an arc share the errors of the map and of the sonar model, so it counts as one reading, with the odds
+    that the right map explains it; and a landmark that a station misses entirely as an arc that it does not explain.
+    """
+    explained = estimate.inlier_mask(estimate.features)
+    arcs = sum(arc.share_of(explained) for arc in estimate.arcs)
+    misses = sum(missed(estimate.measurements, each.ping_scores, each.extent) for each in estimate.features)
+    ratio = estimate.settings.min_inlier_ratio
+    return math.log(ratio / (1.0 - ratio)) * (arcs + misses / STRONGEST_MISS)
 
 
 def _segments(

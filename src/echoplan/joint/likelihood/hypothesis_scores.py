@@ -12,12 +12,12 @@ from echoplan.joint.likelihood.ping_scores import MASKING, PingScores
 from echoplan.kernels import order_of
 from echoplan.preprocessing.measurements import Measurements
 
-__all__ = ["HypothesisScore", "Occluders", "missed", "rescore"]
+__all__ = ["STRONGEST_MISS", "HypothesisScore", "Occluders", "missed", "rescore"]
 
 _WALL, _CYLINDER = int(Kind.WALL), int(Kind.CYLINDER)
 
 # Lower bound of the log-likelihood ratio of one station [nats]: it may have stood behind an unmapped object.
-_LOUDEST_NO = 12.0
+STRONGEST_MISS = 12.0
 # A station with fewer new detections per non-detection than this cannot contribute a positive value.
 _LEAST_HITS = 0.67
 # A detection is new at three times the density of the best other association; a non-detection counts if its log
@@ -97,7 +97,7 @@ def missed(measurements: Measurements, ping_scores: PingScores, extent: tuple[fl
     within = (extent[0] <= ping_scores.feet) & (ping_scores.feet <= extent[1])
     misses = measurements.weights[ping_scores.pings] * ping_scores.misses * within
     by_station = np.bincount(measurements.stations[ping_scores.pings], misses)
-    return float(np.maximum(by_station, -_LOUDEST_NO).sum())
+    return float(np.maximum(by_station, -STRONGEST_MISS).sum())
 
 
 @compiled
@@ -132,7 +132,7 @@ def _by_station(ping_arrays: _PingArrays, scores: _ScoreArrays, log_densities: F
         hits[station] += density > log_densities[ping] + _ANEW
         misses[station] += miss < _MISSED
     for station in range(count):
-        llr_by_station[station] = max(llr_by_station[station], -_LOUDEST_NO)
+        llr_by_station[station] = max(llr_by_station[station], -STRONGEST_MISS)
         if hits[station] < _LEAST_HITS * misses[station]:
             llr_by_station[station] = min(llr_by_station[station], 0.0)
     return llr_by_station
