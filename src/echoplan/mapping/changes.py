@@ -100,7 +100,7 @@ def find_changes(
     """
     views = _trimmed(earlier)
     lost, pieces, cylinders = _pieces(before, after), _pieces(after, before), _only(after, before)
-    is_gone = _crossings(_bodies(lost), _trimmed(later)) > 0
+    is_gone = _crossings(lost, _trimmed(later)) > 0
     # A single view may be an error, so something is new only if two led through its place.
     is_new, is_new_cylinder = _crossings(_bodies(pieces), views) > 1, _crossings(_discs(cylinders), views) > 1
     return Changes(
