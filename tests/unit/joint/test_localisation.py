@@ -142,6 +142,14 @@ def test_in_a_rectangle_two_opposite_poses_are_possible() -> None:
     assert sum(each.weight for each in segment.starts) == pytest.approx(1.0)
 
 
+def test_a_pillar_that_was_not_detected_decides_between_two_opposite_poses() -> None:
+    """All echoes fit both, but from one of them all stations would have missed a pillar beside them."""
+    opposite = [4.0 - FAR[0, 0], 2.8 - FAR[0, 1], FAR[0, 2] + math.pi]
+    first = localise(recorded(FAR, pillar=False), ROOM, rig=RIG).segments[0].starts[0]
+    assert first.pose == pytest.approx(opposite, abs=0.02)
+    assert first.weight > 0.95
+
+
 def test_a_start_decides_between_two_opposite_poses() -> None:
     sweeps = recorded(POSES, pillar=False)
     for start in (POSES[0], [3.0, 1.8, 0.3 - math.pi]):

@@ -63,11 +63,11 @@ def test_each_message_is_decoded_once_while_it_waits(monkeypatch: pytest.MonkeyP
 
 
 def test_a_network_that_takes_no_map_is_left() -> None:
-    class Deaf(FakeTransport):
+    class Refusing(FakeTransport):
         def advertise(self, name: str, kind: str, *, is_latched: bool) -> Any:
             raise InputError("ROS 2", f"{name} cannot be published", remedy="start again")
 
-    transport = Deaf(driven())
+    transport = Refusing(driven())
     with pytest.raises(InputError, match="/map cannot be published"):
         joined(transport)
     assert transport.is_closed

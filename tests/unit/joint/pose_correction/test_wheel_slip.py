@@ -146,7 +146,7 @@ def test_without_duplicates_no_slip_is_found() -> None:
     assert without_wheel_slip(right(), right().odometry()) is None
 
 
-def test_the_same_place_a_hair_away_is_no_slip() -> None:
+def test_a_pose_that_already_fits_best_is_no_slip() -> None:
     """A pillar that two landmarks share makes the step suspect, but the poses already fit best."""
     pillar = next(each for each in right().features if not each.is_wall)
     twins = [each for each in right().features if each is not pillar] + parted_in_place(pillar)
