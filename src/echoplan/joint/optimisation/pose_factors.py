@@ -32,7 +32,7 @@ __all__ = [
 
 # Rounding error of a step, due to the digits of recorded poses or the ticks of an encoder [m, m, rad].
 _ROUNDED = (5e-4, 5e-4, 5e-4)
-# Shortest step by whose length its variance is divided [m].
+# Least length by which the variance of a step is divided [m]: rounding errors dominate shorter steps.
 _STEP = 0.05
 # Standard deviation of the first pose, which defines the frame of the map and is fixed [m, m, rad].
 _FIXED = (1e-4, 1e-4, 1e-5)
