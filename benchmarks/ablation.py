@@ -22,7 +22,6 @@ from unittest.mock import patch
 
 from echoplan.cli.terminal import show, tracked
 from echoplan.evaluation import Evaluation, evaluate
-from echoplan.joint import pose_model_selection
 from echoplan.joint.estimate import Estimate
 from echoplan.joint.mapper import JointMapper, JointSettings
 from echoplan.joint.settings import PoseMode
@@ -54,6 +53,10 @@ def _initialised_once(estimate: Estimate) -> Estimate:
     return estimate.search(rounds=1).optimise(estimate.first_noise)
 
 
+def _in_recorded_order(places_xy: Any) -> list[int]:
+    return list(range(len(places_xy)))
+
+
 # Rule: what is put in the place of which names while it is switched off.
 RULES: Mapping[str, Mapping[str, Any]] = {
     # The search.
@@ -81,12 +84,11 @@ RULES: Mapping[str, Mapping[str, Any]] = {
     # Poses.
     "wheel slips": {f"{_MODELS}.without_wheel_slip": _constant(None)},
     "relocalisation": {f"{_MODELS}.relocalised": _constant(None)},
-    "refined again": {f"{_MODELS}._refined_until_converged": _unchanged()},
-    "wider odometry": {f"{_MODELS}._tracked_with_best_noise": pose_model_selection._tracked},  # noqa: SLF001
-    "registration order": {f"{_MODELS}.place": _unchanged()},
+    "wider odometry": {f"{_MODELS}._may_exceed_specification": _constant(value=False)},
+    "registration order": {f"{_MODELS}.spanning_tree_order": _in_recorded_order},
     "annealing": {f"{_MODELS}.anneal": _unchanged()},
-    "first station again": {f"{_POSES}.pose_tracking._reregister_first_station": _unchanged()},
-    "estimated odometry noise": {f"{_POSES}.annealing._learned": lambda *both: both},
+    "first station again": {f"{_MODELS}.reregister_first_station": _unchanged()},
+    "estimated odometry noise": {f"{_POSES}.annealing.with_estimated_odometry_noise": _unchanged(1)},
     "duplicates": {f"{_POSES}.annealing._merged": _unchanged()},
     "weak oblique walls": {f"{_MANHATTAN}.ManhattanSettings.min_llr_if_oblique": -math.inf},
     "right angles": {
@@ -94,10 +96,7 @@ RULES: Mapping[str, Mapping[str, Any]] = {
         f"{_POSES}.annealing.estimate_right_angles": _constant(None),
         f"{_MARGINAL}.estimate_right_angles": _constant(None),
     },
-    "shared error of readings": {
-        f"{_MODELS}.without_shared_bias": _unchanged(),
-        f"{_MODELS}.estimate_shared_bias": _unchanged(),
-    },
+    "shared error of readings": {f"{_MODELS}.estimate_shared_bias": _unchanged()},
     "duplicates that are two": {f"{_POSES}.consistency._are_two": _constant(value=False)},
     # The map.
     "copies of segments": {f"{_MAP}.segments._without_copies": _unchanged()},

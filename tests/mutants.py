@@ -102,8 +102,8 @@ MUTANTS = {
     ),
     "heading factors are never added": Mutant(
         file="pose_correction/annealing.py",
-        old="_learned(replace(estimate, has_heading_factors=True), priors)",
-        new="_learned(estimate, priors)",
+        old="    estimate = replace(estimate, has_heading_factors=True)\n    if priors",
+        new="    if priors",
         tests=("pose_correction/test_annealing.py",),
     ),
 }

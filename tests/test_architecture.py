@@ -39,9 +39,9 @@ BRANCHES = (
 )
 FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 # Ceilings for what the house style (CONTRIBUTING.md) would have none of: lower them when you remove some.
-SHORT_HELPERS = 96
+SHORT_HELPERS = 95
 SHARED_CONSTANTS = 41
-CROWDED_FUNCTIONS = 296
+CROWDED_FUNCTIONS = 291
 
 
 @cache

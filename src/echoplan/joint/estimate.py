@@ -17,9 +17,9 @@ from echoplan.joint.optimisation.attenuation import shadowed
 from echoplan.joint.optimisation.effective_sample_size import effective_sample_ratio, shared_rounding_sigma
 from echoplan.joint.optimisation.layout import SONAR_UNKNOWNS
 from echoplan.joint.optimisation.manhattan import ManhattanPrior
-from echoplan.joint.optimisation.optimiser import Priors, optimise
+from echoplan.joint.optimisation.optimiser import Priors, Problem, optimise
 from echoplan.joint.optimisation.pose_factors import PosePrior, at_poses, odometry_prior
-from echoplan.joint.optimisation.range_factors import Features, as_arrays
+from echoplan.joint.optimisation.range_factors import as_arrays
 from echoplan.joint.optimisation.solution import Solution
 from echoplan.joint.optimisation.sonar_model import estimated_sonar, walking
 from echoplan.joint.optimisation.values import Values
@@ -30,7 +30,7 @@ from echoplan.joint.search.multipath_walls import without_multipath_walls
 from echoplan.joint.search.search import Search
 from echoplan.joint.settings import EstimateSettings
 from echoplan.model import Odometry
-from echoplan.preprocessing.measurements import Measurements, step_of
+from echoplan.preprocessing.measurements import Measurements
 from echoplan.preprocessing.servo import AS_RECORDED, ServoError, turned_by
 
 __all__ = ["Estimate", "initial_noise"]
@@ -107,11 +107,6 @@ class Estimate:
     def odometry_noise(self) -> Odometry | None:
         """Odometry noise that the rig specifies; None if it does not or if the specification is not trusted."""
         return self.rig_odometry if self.trusts_specified_odometry else None
-
-    @property
-    def step(self) -> float:
-        """Rotation from one ping to the next [rad]."""
-        return step_of(self.measurements)
 
     @property
     def latency(self) -> float:
@@ -208,7 +203,7 @@ class Estimate:
         now = self
         for _ in range(rounds):
             detected = _detections(now)
-            now = now.optimise(noise, priors).rescore(noise)
+            now = now.with_solution(optimise(*now.problem(noise, priors)), priors).rescore(noise)
             is_settled = now.solution is not None and now.solution.newton_decrement < _SETTLED
             if is_settled and np.array_equal(detected, _detections(now)):
                 break
@@ -228,7 +223,7 @@ class Estimate:
 
     def prune_and_reclassify(self) -> "Estimate":
         """Select the best class of each landmark, and remove landmarks that fail the acceptance test."""
-        search = self._search()
+        search = self.landmark_search()
         return self._settle(search, with_boxes(search, search.rescored(self.features)))
 
     def _settle(self, search: Search, features: list[Hypothesis]) -> "Estimate":
@@ -238,7 +233,7 @@ class Estimate:
         """Repeat class selection and optimisation until no class changes."""
         now = self
         for _ in range(_MAX_REPEATS):
-            kinds, search = [each.kind for each in now.features], now._search()
+            kinds, search = [each.kind for each in now.features], now.landmark_search()
             now = now._settle(search, search.rescored(now.features))
             if [each.kind for each in now.features] == kinds:
                 break
@@ -247,7 +242,7 @@ class Estimate:
 
     def remove_multipath_walls(self) -> "Estimate":
         """Remove walls that multipath explains as well; run it last, as wrong poses make real walls look so."""
-        search = self._search()
+        search = self.landmark_search()
         kept = without_multipath_walls(search.likelihood, self.features, search.acceptance)
         if len(kept) == len(self.features):
             return self
@@ -255,35 +250,52 @@ class Estimate:
 
     def search(self, *, rounds: int | None = None) -> "Estimate":
         """Search landmarks that explain the pings, starting from the current ones; ``rounds`` limits the search."""
-        return replace(self, features=self._search(rounds=rounds).run(self.features))
+        return replace(self, features=self.landmark_search(rounds=rounds).run(self.features))
 
     def rescore(self, noise: float) -> "Estimate":
         """Compute the log-likelihood ratios of the landmarks at a noise [m]."""
         now = replace(self, noise=noise)
-        return replace(now, features=now.refreshed())
+        return replace(now, features=now.landmark_search().rescored(self.features))
 
     def optimise(self, noise: float, poses: PosePrior | None = None) -> "Estimate":
         """Optimise landmarks and sonar, and the poses if a prior of them is given, at a noise [m]."""
-        measurements = self.measurements if poses is None else self.recorded
-        # The priors below depend on whether poses drift in this optimisation.
-        now = replace(self, pose_prior=poses)
-        state = Values(
-            features=now.with_attenuation(now.features),
-            model=now.model,
-            latency=now.latency,
-            servo=now.servo or AS_RECORDED,
-            poses=now.poses if poses is not None else np.zeros((0, 3)),
-        )
-        known = now.active_prior.reordered(now.features, state.layout)
-        solution = optimise(measurements, state, now.priors(noise, poses), now.settings.optimiser, known=known)
-        features = [replace(each, reflector=row) for each, row in zip(now.features, solution.reflectors, strict=True)]
-        return _moved(replace(now, solution=solution, model=solution.model, features=features), solution)
+        return self.with_solution(optimise(*self.problem(noise, poses)), poses)
 
-    def with_attenuation(self, features: Sequence[Hypothesis]) -> Features:
-        """Return the landmarks as arrays, with the attenuation of each landmark from each station."""
+    def problem(self, noise: float, poses: PosePrior | None) -> Problem:
+        """Return the problem for ``optimise``: landmarks and sonar, and the poses if a prior of them is given."""
+        start = self.values(self.features, np.zeros((0, 3)) if poses is None else self.poses)
+        return Problem(
+            measurements=self.measurements if poses is None else self.recorded,
+            start=start,
+            # The priors depend on whether poses drift in this optimisation.
+            priors=replace(self, pose_prior=poses).priors(noise, poses),
+            settings=self.settings.optimiser,
+            known=self.active_prior.reordered(self.features, start.layout),
+        )
+
+    def values(self, features: Sequence[Hypothesis], poses: FloatArray) -> Values:
+        """Return landmarks, with their attenuation from each station, calibration and poses for the optimiser."""
         may_be_soft = np.array([each.may_be_soft and not self.model.cone for each in features], dtype=bool)
         arrays = as_arrays(features, len(self.measured_poses))
-        return shadowed(self.measurements, self.model.tabulated(), arrays, may_be_soft)
+        return Values(
+            features=shadowed(self.measurements, self.model.tabulated(), arrays, may_be_soft),
+            model=self.model,
+            latency=self.latency,
+            servo=self.servo or AS_RECORDED,
+            poses=poses,
+        )
+
+    def with_solution(self, solution: Solution, poses: PosePrior | None) -> "Estimate":
+        """Return the estimate after an optimisation, with the pings at the poses and servo angles of the solution."""
+        features = [replace(each, reflector=row) for each, row in zip(self.features, solution.reflectors, strict=True)]
+        now = replace(self, solution=solution, pose_prior=poses, model=solution.model, features=features)
+        if poses is not None:
+            now = replace(now, poses=solution.poses)
+        if now.servo is not None:
+            now = _with_servo(now, solution.servo)
+        if poses is None and now.servo is None:
+            return now
+        return replace(now, measurements=at_poses(now.recorded, now.measured_poses, now.poses))
 
     def odometry(self) -> PosePrior:
         """Return the prior of the steps between the poses."""
@@ -343,10 +355,6 @@ class Estimate:
         explained: BoolArray = self.likelihood.log_densities(features) > self.likelihood.floor + math.log(20.0)
         return explained
 
-    def refreshed(self) -> list[Hypothesis]:
-        """Return the landmarks rescored against the current pings; the estimate is unchanged."""
-        return self._search().rescored(self.features)
-
     def information_inflation(self) -> float:
         """Return the factor by which readings are underweighted where poses are fixed, else 1.
 
@@ -361,7 +369,8 @@ class Estimate:
             return 1.0
         return effective_sample_ratio(self.measurements, found.owners, found.residuals, noise=self.noise)
 
-    def _search(self, *, rounds: int | None = None) -> Search:
+    def landmark_search(self, *, rounds: int | None = None) -> Search:
+        """Return the search for landmarks that explain the pings; ``rounds`` limits it."""
         settings = self.settings.search
         if rounds is not None:
             settings = settings.model_copy(update={"max_rounds": rounds})
@@ -383,14 +392,3 @@ def _with_servo(estimate: Estimate, servo: ServoError) -> Estimate:
     """Return the estimate with another servo gain and offset, and the recorded bearings turned accordingly."""
     recorded = turned_by(estimate.recorded, error=servo, before=estimate.servo or AS_RECORDED)
     return replace(estimate, recorded=recorded, servo=servo)
-
-
-def _moved(estimate: Estimate, solution: Solution) -> Estimate:
-    """Move the pings to the poses and servo angles of a solution, as far as these were variables."""
-    if estimate.pose_prior is not None:
-        estimate = replace(estimate, poses=solution.poses)
-    if estimate.servo is not None:
-        estimate = _with_servo(estimate, solution.servo)
-    if estimate.pose_prior is None and estimate.servo is None:
-        return estimate
-    return replace(estimate, measurements=at_poses(estimate.recorded, estimate.measured_poses, estimate.poses))

@@ -119,7 +119,7 @@ def localise(
         poses=found.poses + origin,
         covariances=found.covariances,
         segments=_segments(parts, found.sweeps[of_parts], origin=origin),
-        inlier_ratio=inlier_ratio(replace(located, features=located.refreshed())),
+        inlier_ratio=inlier_ratio(located.rescore(located.noise)),
     )
 
 

@@ -118,8 +118,33 @@ class JointMapper:
         FeatureMap
             Walls, corners, cylinders and openings, and the poses of the sweeps with covariances.
         """
+        parameters, sweeps = self.settings.model_dump(mode="json"), np.array(self._indices, dtype=np.int64)
+        if not self._has_echoes:
+            return FeatureMap(method="joint", parameters=parameters, sweeps=sweeps, poses=self._given())
         with _one_thread():
-            return self._map()
+            stations = self._stations()
+            solved = self._solved = self._solved or _Solution(estimate_map(self._initial_estimate(stations)))
+            posed = self._trajectory(solved.estimate, stations)
+            path_xy = self._path_xy(posed) if self.settings.segments.driven else np.zeros((0, 2))
+            found = survey(solved.estimate, solved.prior, path_xy)
+            learned = {
+                **calibration(solved.estimate, found.solution),
+                "right_angles": found.right_angles(),
+                "undetermined": list(posed.undetermined),
+            }
+            gaps = found.gaps(path_xy)
+            return FeatureMap(
+                method="joint",
+                parameters={**parameters, "found": learned},
+                walls=found.walls(gaps),
+                corners=found.corners(),
+                cylinders=found.cylinders(),
+                openings=openings_of(gaps),
+                unobserved=unobserved_of(gaps),
+                sweeps=sweeps,
+                poses=posed.poses,
+                pose_covariances=posed.covariances,
+            )
 
     def prior(self) -> MarginalPrior | None:
         """Return what is known after all sweeps so far, with which another mapper can go on; None without echoes."""
@@ -127,57 +152,30 @@ class JointMapper:
             return None
         if not self._sweeps:
             return self._marginal_prior
+        trajectory, _ = self.trajectory()
+        assert self._solved is not None
         with _one_thread():
-            stations = self._stations()
-            return replace(self._solve(stations).prior, path_xy=self._path_xy(self._trajectory(stations)))
+            return replace(self._solved.prior, path_xy=self._path_xy(trajectory))
 
     def trajectory(self) -> tuple[Trajectory, EchoModel]:
         """Return the poses of all sweeps so far, at least one with pings, and the estimated sonar; make no map."""
         with _one_thread():
             stations = self._stations()
-            return self._trajectory(stations), self._solve(stations).estimate.model
+            self._solved = self._solved or _Solution(estimate_map(self._initial_estimate(stations)))
+            estimate = self._solved.estimate
+            return self._trajectory(estimate, stations), estimate.model
 
     @property
     def _has_echoes(self) -> bool:
         return not self._marginal_prior.is_empty or any(len(part.readings) for part in self._measurements)
 
-    def _map(self) -> FeatureMap:
-        parameters, sweeps = self.settings.model_dump(mode="json"), np.array(self._indices, dtype=np.int64)
-        if not self._has_echoes:
-            return FeatureMap(method="joint", parameters=parameters, sweeps=sweeps, poses=self._given())
-        stations = self._stations()
-        solved, posed = self._solve(stations), self._trajectory(stations)
-        path_xy = self._path_xy(posed) if self.settings.segments.driven else np.zeros((0, 2))
-        found = survey(solved.estimate, solved.prior, path_xy)
-        gaps = found.gaps(path_xy)
-        learned = {
-            **calibration(solved.estimate, found.solution),
-            "right_angles": found.right_angles(),
-            "undetermined": list(posed.undetermined),
-        }
-        return FeatureMap(
-            method="joint",
-            parameters={**parameters, "found": learned},
-            walls=found.walls(gaps),
-            corners=found.corners(),
-            cylinders=found.cylinders(),
-            openings=openings_of(gaps),
-            unobserved=unobserved_of(gaps),
-            sweeps=sweeps,
-            poses=posed.poses,
-            pose_covariances=posed.covariances,
-        )
+    def _initial_estimate(self, stations: Stations) -> Estimate:
+        record_window(self._first_station)
+        measurements = without_repeats(at_stations(join_measurements(self._measurements), stations))
+        return initial_estimate(self.rig, measurements, stations.poses, self.settings, self._marginal_prior)
 
-    def _solve(self, stations: Stations) -> "_Solution":
-        if self._solved is None:
-            record_window(self._first_station)
-            measurements = without_repeats(at_stations(join_measurements(self._measurements), stations))
-            first = initial_estimate(self.rig, measurements, stations.poses, self.settings, self._marginal_prior)
-            self._solved = _Solution(estimate_map(first))
-        return self._solved
-
-    def _trajectory(self, stations: Stations) -> Trajectory:
-        return joined([*self._done, self._posed(self._solve(stations).estimate, stations)])
+    def _trajectory(self, estimate: Estimate, stations: Stations) -> Trajectory:
+        return joined([*self._done, self._posed(estimate, stations)])
 
     def _path_xy(self, trajectory: Trajectory) -> FloatArray:
         """Return the path of the robot, shape (p, 2) [m]; a row of NaN separates recordings."""
@@ -185,7 +183,8 @@ class JointMapper:
 
     def _let_go(self, stations: Stations, count: int) -> None:
         """Marginalise the ``count`` oldest stations and drop their pings."""
-        estimate, gone = self._solve(stations).estimate, int((stations.numbers < count).sum())
+        solved = self._solved or _Solution(estimate_map(self._initial_estimate(stations)))
+        estimate, gone = solved.estimate, int((stations.numbers < count).sum())
         self._marginal_prior = marginalise(estimate, count)
         self._done.append(self._posed(estimate, stations).first(gone))
         del self._sweeps[:gone], self._measurements[:gone]
@@ -195,9 +194,9 @@ class JointMapper:
     def _resume(self, pose: FloatArray) -> None:
         """Marginalise all stations, and go on from a pose [m, m, rad] that is known roughly."""
         if self._sweeps:
-            stations = self._stations()
+            stations, (trajectory, _) = self._stations(), self.trajectory()
+            path_xy = self._path_xy(trajectory)
             with _one_thread():
-                path_xy = self._path_xy(self._trajectory(stations))
                 self._let_go(stations, len(stations.poses))
             self._marginal_prior = replace(self._marginal_prior, path_xy=path_xy)
         self._marginal_prior = resumed(self._marginal_prior, pose, self.settings.segments)

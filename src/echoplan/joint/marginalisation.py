@@ -29,7 +29,7 @@ from echoplan.joint.search.ray_paths import Paths, trace_paths, unoccluded_stati
 from echoplan.joint.trace import Decision, Reason, record_event
 from echoplan.joint.trajectory import dead_reckoned
 from echoplan.model import ClassProbabilities
-from echoplan.preprocessing.measurements import select_measurements
+from echoplan.preprocessing.measurements import select_measurements, step_of
 from echoplan.preprocessing.servo import AS_RECORDED
 
 __all__ = ["marginalise", "survey"]
@@ -158,13 +158,8 @@ def _dead_reckoned(estimate: Estimate, count: int) -> FloatArray:
 def _summary(estimate: Estimate, everything: list[Hypothesis], gone: BoolArray, count: int) -> InformationPrior:
     """Return the information of the readings and poses of the marginalised stations, with these poses eliminated."""
     pose_prior = _pose_prior(estimate, count)
-    state = Values(
-        features=estimate.with_attenuation(everything),
-        model=estimate.model,
-        latency=estimate.latency,
-        servo=estimate.servo or AS_RECORDED,
-        poses=np.zeros((0, 3)) if pose_prior is None else estimate.poses[: len(pose_prior.measured_poses)],
-    )
+    poses = np.zeros((0, 3)) if pose_prior is None else estimate.poses[: len(pose_prior.measured_poses)]
+    state = estimate.values(everything, poses)
     measurements = select_measurements(estimate.recorded if pose_prior else estimate.measurements, gone)
     if pose_prior:
         measurements = measurements._replace(centers=measurements.centers[: len(pose_prior.measured_poses)])
@@ -205,7 +200,7 @@ class _Marginalised(NamedTuple):
 
 def _going(estimate: Estimate, gone: BoolArray, count: int) -> _Marginalised:
     assert estimate.solution is not None
-    paths = trace_paths(estimate.likelihood, estimate.features, step=estimate.step)
+    paths = trace_paths(estimate.likelihood, estimate.features, step=step_of(estimate.measurements))
     hides = hiding(paths, estimate.features, gap=_WIDE_GAP)
     return _Marginalised(
         size=count,
@@ -249,7 +244,7 @@ def _counted(history: TrackHistory, number: int, estimate: Estimate, going: _Mar
     """Add the numbers of stations and pings that support or contradict a landmark."""
     each, count = estimate.features[number], going.size
     llr_by_station = each.llr_by_station[:count]
-    free = unoccluded_stations(each, estimate.measurements, step=estimate.step)[:count]
+    free = unoccluded_stations(each, estimate.measurements, step=step_of(estimate.measurements))[:count]
     clear = llr_by_station > estimate.settings.map.min_station_llr
     through = _mostly(going.hidden, going.paths.owners == number, going.stations, count)
     return replace(

@@ -1,15 +1,16 @@
 """Selection of the pose model: fixed, odometry or absolute poses, by their log evidence."""
 
+from collections.abc import Sequence
 from dataclasses import replace
+from functools import reduce
 
 import numpy as np
 
-from echoplan.arrays import FloatArray
 from echoplan.geometry import aligned
 from echoplan.joint.estimate import Estimate
 from echoplan.joint.optimisation.odometry_noise import VERY_STRONG, are_quantised, log_odds_absolute_vs_odometry
-from echoplan.joint.optimisation.pose_factors import PosePrior, waypoint_prior
-from echoplan.joint.pose_correction.annealing import anneal, refine, refine_right_angles
+from echoplan.joint.optimisation.pose_factors import waypoint_prior, waypoint_steps
+from echoplan.joint.pose_correction.annealing import anneal, refine, with_right_angles
 from echoplan.joint.pose_correction.consistency import (
     agrees,
     are_weakly_connected,
@@ -19,9 +20,18 @@ from echoplan.joint.pose_correction.consistency import (
     is_inconsistent,
     log_evidence,
 )
-from echoplan.joint.pose_correction.pose_tracking import track_poses
-from echoplan.joint.pose_correction.random_effects import estimate_shared_bias, without_shared_bias
-from echoplan.joint.pose_correction.registration_order import place, with_estimated_waypoint_noise
+from echoplan.joint.pose_correction.pose_tracking import (
+    odometry_prediction,
+    register_in_order,
+    reregister_first_station,
+)
+from echoplan.joint.pose_correction.random_effects import estimate_shared_bias
+from echoplan.joint.pose_correction.registration_order import (
+    rearranged,
+    spanning_tree_order,
+    waypoint_prediction,
+    with_estimated_waypoint_noise,
+)
 from echoplan.joint.pose_correction.relocalisation import relocalised
 from echoplan.joint.pose_correction.servo_calibration import find_servo
 from echoplan.joint.pose_correction.wheel_slip import without_wheel_slip
@@ -34,33 +44,79 @@ __all__ = ["estimate_map"]
 # doubles the computing time. A wrong odometry solution makes errors seem to accumulate, too, but by less [nats].
 _BEYOND_DOUBT = 8.0 * VERY_STRONG
 
+# Iterations of the optimisation without shared errors of stations.
+_AS_IF = 6
+
 # Least number of stations that allow a pose to be checked against the others.
 _FEWEST = 3
 
 
 def estimate_map(estimate: Estimate) -> Estimate:
     """Return the estimate of the pose model that is selected for the window; its pose status holds the reason."""
-    servo = find_servo(estimate) if estimate.marginal_prior.is_empty else None
-    best = _explained(estimate)
-    if servo is not None:
-        best = _better(best, _explained(estimate.calibrate(servo)))
+    solutions = list[Estimate]()
+    for start in _starts(estimate):
+        initial = start.initialise() if start.marginal_prior.is_empty else start
+        tracked = None
+        if (drifting := _drifting(start, initial)) is not None:
+            tracked = _tracked(drifting)
+            if _may_exceed_specification(tracked):
+                status = replace(drifting.pose_status, exceeds_specification=True)
+                loose = replace(drifting, trusts_specified_odometry=False, pose_status=status)
+                tracked = _with_likelier_noise(tracked, _tracked(loose))
+        found = _explained(initial, tracked)
+        if _is_in_question(found):
+            if tracked is None and found.marginal_prior.pose_model is not PoseModel.ABSOLUTE:
+                tracked = _tracked(replace(found, pose_status=_alternative_status(found)))
+            found = _most_likely(found, tracked, _absolute_alternatives(found, tracked))
+        solutions.append(found)
+    best = reduce(_better, solutions)
     return best.reselect_classes().remove_multipath_walls().refine_calibration()
 
 
-def _explained(estimate: Estimate) -> Estimate:
-    """Return the estimate of the best pose model; odometry is kept if it was selected for earlier stations."""
-    if estimate.marginal_prior.pose_model is PoseModel.ODOMETRY:
-        return _tracked(estimate, estimate.marginal_prior.pose_status)
-    return _from_odometry(estimate) if _uses_odometry(estimate) else _from_recorded_poses(estimate)
+def _starts(estimate: Estimate) -> list[Estimate]:
+    """Return the estimate and, if the first window determines the servo, the estimate with a calibrated servo."""
+    servo = find_servo(estimate) if estimate.marginal_prior.is_empty else None
+    return [estimate] if servo is None else [estimate, estimate.calibrate(servo)]
 
 
-def _from_recorded_poses(estimate: Estimate) -> Estimate:
-    """Use the recorded poses, or correct them if the echoes contradict them, where no odometry noise is specified."""
-    initial, drifting = _initialised(estimate)
-    if drifting and (not _may_be_waypoints(drifting) or _is_clearly_odometry(initial, drifting)):
-        return drifting
+def _drifting(start: Estimate, initial: Estimate) -> Estimate | None:
+    """Return the estimate from which poses are tracked before other pose models are tried, or None.
+
+    They are if they come from odometry, or if many walls are duplicated in the map ``initial`` from the recorded poses.
+    """
+    if start.marginal_prior.pose_model is PoseModel.ODOMETRY:
+        return replace(start, pose_status=start.marginal_prior.pose_status)
+    if _uses_odometry(start):
+        return replace(start, pose_status=_status(start, PoseReason.ODOMETRY))
+    is_checked = start.marginal_prior.is_empty and start.settings.poses is not PoseMode.TRUST
+    if is_checked and has_duplicated_walls(initial):
+        return replace(initial, pose_status=_status(start, PoseReason.DUPLICATED_WALLS))
+    return None
+
+
+def _explained(initial: Estimate, tracked: Estimate | None) -> Estimate:
+    """Return the estimate with the recorded poses, or the odometry solution if that is the better one.
+
+    The recorded poses are not tried if nothing but odometry is possible.
+    """
+    if tracked is not None and _is_surely_odometry(initial, tracked):
+        return tracked
     explained = initial.explain()
-    return explained if estimate.settings.poses is PoseMode.TRUST else _reconsidered(explained, drifting)
+    if explained.settings.poses is PoseMode.TRUST:
+        return explained
+    if tracked is not None and _uses_odometry(initial):
+        return _better(replace(explained, pose_status=_uncorrected_status(explained)), tracked)
+    reason = PoseReason.CONSISTENT if explained.arcs else PoseReason.TOO_FEW_ECHOES
+    return replace(explained, pose_status=PoseStatus(reason=reason, inlier_ratio=inlier_ratio(explained)))
+
+
+def _is_surely_odometry(initial: Estimate, tracked: Estimate) -> bool:
+    """Return True if the recorded poses cannot be better than the odometry solution."""
+    if initial.marginal_prior.pose_model is PoseModel.ODOMETRY:
+        return True
+    if _uses_odometry(initial):
+        return initial.marginal_prior.is_empty and has_duplicated_walls(initial)
+    return not _may_be_waypoints(initial, tracked)
 
 
 def _uses_odometry(estimate: Estimate) -> bool:
@@ -79,33 +135,14 @@ def _is_requested(estimate: Estimate) -> bool:
     return estimate.settings.poses is PoseMode.CORRECT
 
 
-def _initialised(estimate: Estimate) -> tuple[Estimate, Estimate | None]:
-    """Make a first map from the recorded poses, and an odometry solution if many of its walls are duplicated."""
-    if not estimate.marginal_prior.is_empty:
-        return estimate, None
-    initial = estimate.initialise()
-    if estimate.settings.poses is PoseMode.TRUST or not has_duplicated_walls(initial):
-        return initial, None
-    return initial, _tracked(initial, _status(estimate, PoseReason.DUPLICATED_WALLS))
+def _may_exceed_specification(tracked: Estimate) -> bool:
+    """Return True if the odometry noise is specified, no earlier window confirmed it, and poses contradict it."""
+    is_specified = tracked.odometry_noise is not None and tracked.marginal_prior.pose_model is not PoseModel.ODOMETRY
+    return is_specified and (not agrees(tracked) or contradicts_odometry(tracked))
 
 
-def _from_odometry(estimate: Estimate) -> Estimate:
-    """Return the odometry solution, unless the recorded poses explain the pings as well."""
-    tracked, initial = _tracked_with_best_noise(estimate, _status(estimate, PoseReason.ODOMETRY)), estimate
-    if estimate.marginal_prior.is_empty:
-        initial = estimate.initialise()
-        if has_duplicated_walls(initial):
-            return tracked
-    explained = initial.explain()
-    return _better(replace(explained, pose_status=_uncorrected_status(explained)), tracked)
-
-
-def _tracked_with_best_noise(estimate: Estimate, status: PoseStatus) -> Estimate:
+def _with_likelier_noise(tracked: Estimate, loose: Estimate) -> Estimate:
     """Return the odometry solution with the specified noise, or with estimated noise if that is clearly more likely."""
-    tracked = _tracked(estimate, status)
-    if estimate.odometry_noise is None or (agrees(tracked) and not contradicts_odometry(tracked)):
-        return tracked
-    loose = _tracked(replace(estimate, trusts_specified_odometry=False), replace(status, exceeds_specification=True))
     # The log evidence omits the normalisation of the pose prior, which is smaller for the wider one.
     wider = float(np.log(loose.odometry().sigmas[1:] / tracked.odometry().sigmas[1:]).sum())
     return loose if _log_evidence(loose) > _log_evidence(tracked) + wider + VERY_STRONG else tracked
@@ -131,99 +168,111 @@ def _better(estimate: Estimate, alternative: Estimate) -> Estimate:
     return alternative if _log_evidence(alternative) > _log_evidence(estimate) + VERY_STRONG else estimate
 
 
-def _log_odds_absolute(tracked: Estimate) -> float:
-    """Return the log odds of independent pose errors against those of odometry [nats]."""
-    return log_odds_absolute_vs_odometry(tracked.measured_poses, tracked.poses)
-
-
 def _odometry_or_absolute(tracked: Estimate, by_hand: Estimate) -> Estimate:
     """Return absolute poses if the evidence of the echoes for them exceeds that of the pose errors for odometry.
 
-    Poses at round numbers are waypoints, whose errors are no evidence for odometry.
+    Pose errors that are clearly independent exclude odometry. Poses at round numbers are waypoints, whose errors are no
+    evidence for odometry.
     """
+    log_odds = log_odds_absolute_vs_odometry(tracked.measured_poses, tracked.poses)
     is_marked = are_quantised(tracked.measured_poses)
-    errors = 0.0 if is_marked else -_log_odds_absolute(tracked)
+    if log_odds > (-VERY_STRONG if is_marked else VERY_STRONG):
+        return by_hand
+    errors = 0.0 if is_marked else -log_odds
     return by_hand if _log_evidence(by_hand) > _log_evidence(tracked) + max(errors, VERY_STRONG) else tracked
 
 
-def _tracked(estimate: Estimate, status: PoseStatus) -> Estimate:
-    """Return the odometry solution: tracked, refined, without wheel slips and misplaced stations."""
-    priors = estimate.odometry()
-    rested = _refined_until_converged(track_poses(estimate, priors), priors)
-    steady = _without_slips(rested, priors)
-    best = _without_misplaced(steady, priors)
-    status = replace(status, has_slips=status.has_slips or steady is not rested)
-    return replace(best, pose_model=PoseModel.ODOMETRY, pose_status=status)
-
-
-def _refined_until_converged(estimate: Estimate, priors: PosePrior) -> Estimate:
-    """Repeat the refinement while the log evidence grows.
-
-    With marginalised stations it is not repeated, since their landmarks have converged.
-    """
-    while estimate.marginal_prior.is_empty:
-        moved = _refined_if_better(estimate, estimate.poses, priors)
-        if moved is estimate:
-            break
-        estimate = moved
-    return estimate
-
-
-def _without_slips(estimate: Estimate, priors: PosePrior) -> Estimate:
-    """Correct wheel slips while the log evidence grows."""
-    while (poses := without_wheel_slip(estimate, priors)) is not None:
-        moved = _refined_if_better(estimate, poses, priors)
-        if moved is estimate:
-            break
-        estimate = moved
-    return estimate
-
-
-def _without_misplaced(estimate: Estimate, priors: PosePrior) -> Estimate:
-    """Relocalise single stations where that increases the log evidence."""
-    for station in range(max(1, len(estimate.marginal_prior.poses)), len(estimate.poses)):
-        pose = relocalised(estimate, priors, station)
-        if pose is not None:
-            poses = estimate.poses.copy()
-            poses[station] = pose
-            estimate = _refined_if_better(estimate, poses, priors)
-    return estimate
-
-
-def _refined_if_better(estimate: Estimate, poses: FloatArray, priors: PosePrior) -> Estimate:
-    """Return the estimate refined from other poses if its log evidence is clearly greater."""
-    return _better(estimate, refine(replace(estimate, poses=poses), priors))
-
-
-def _reconsidered(estimate: Estimate, tracked: Estimate | None) -> Estimate:
-    """Keep the recorded poses, or select odometry or absolute poses if these have the greater log evidence.
-
-    An odometry solution ``tracked`` that exists because of duplicated walls is reused: tracking again would give the
-    same.
-    """
-    ratio = inlier_ratio(estimate)
-    reason = PoseReason.CONSISTENT if estimate.arcs else PoseReason.TOO_FEW_ECHOES
-    estimate = replace(estimate, pose_status=PoseStatus(reason=reason, inlier_ratio=ratio))
-    if not _is_in_question(estimate):
-        return estimate
-    alternatives = _alternatives(estimate, ratio, tracked)
-    if (
-        alternatives
-        and _may_be_waypoints(estimate)
-        and are_quantised(estimate.measured_poses)
-        and is_inconsistent(estimate)
-    ):
-        # Nobody places a robot exactly on a mark, so inconsistent poses at round numbers are always corrected.
-        return max(alternatives, key=_log_evidence)
-    best = _better(estimate, max(alternatives, key=_log_evidence, default=estimate))
+def _most_likely(estimate: Estimate, tracked: Estimate | None, by_hand: Sequence[Estimate]) -> Estimate:
+    """Keep the recorded poses, or select odometry or absolute poses if these have the greater log evidence."""
+    alternatives = (
+        by_hand if tracked is None else [_odometry_or_absolute(tracked, each) for each in by_hand] or [tracked]
+    )
+    likeliest = max(alternatives, key=_log_evidence, default=estimate)
+    # Nobody places a robot exactly on a mark, so inconsistent poses at round numbers are always corrected.
+    if _may_be_waypoints(estimate) and are_quantised(estimate.measured_poses) and is_inconsistent(estimate):
+        return likeliest
+    best = _better(estimate, likeliest)
     if best is estimate and _is_requested(estimate) and estimate.arcs:
         return replace(estimate, pose_status=_uncorrected_status(estimate))
     return best
 
 
+def _tracked(estimate: Estimate) -> Estimate:
+    """Return the odometry solution: tracked, refined, without wheel slips and misplaced stations.
+
+    Each step is kept if its log evidence is clearly greater.
+    """
+    priors = estimate.odometry()
+    tracked = register_in_order(estimate, priors, odometry_prediction(estimate, priors))
+    best = refine(reregister_first_station(tracked, priors), priors)
+    # With marginalised stations it is not repeated, since their landmarks have converged.
+    while best.marginal_prior.is_empty and (moved := _better(best, refine(best, priors))) is not best:
+        best = moved
+    steady = best
+    while (poses := without_wheel_slip(best, priors)) is not None:
+        moved = _better(best, refine(replace(best, poses=poses), priors))
+        if moved is best:
+            break
+        best = moved
+    status = replace(estimate.pose_status, has_slips=estimate.pose_status.has_slips or best is not steady)
+    for station in range(max(1, len(best.marginal_prior.poses)), len(best.poses)):
+        if (pose := relocalised(best, priors, station)) is not None:
+            poses = best.poses.copy()
+            poses[station] = pose
+            best = _better(best, refine(replace(best, poses=poses), priors))
+    return replace(best, pose_model=PoseModel.ODOMETRY, pose_status=status)
+
+
 def _is_in_question(estimate: Estimate) -> bool:
-    """Return True if other pose models are to be tried: on request, or if the echoes contradict the poses."""
-    return len(estimate.measured_poses) >= _FEWEST and (_is_requested(estimate) or is_inconsistent(estimate))
+    """Return True if recorded poses may be corrected as waypoints: on request, or if the echoes contradict them."""
+    is_fixed = estimate.pose_model is PoseModel.FIXED and estimate.settings.poses is not PoseMode.TRUST
+    if not is_fixed or _uses_odometry(estimate) or len(estimate.measured_poses) < _FEWEST:
+        return False
+    return _is_requested(estimate) or is_inconsistent(estimate)
+
+
+def _absolute_alternatives(estimate: Estimate, tracked: Estimate | None) -> list[Estimate]:
+    """Return solutions with absolute poses from several starting poses, if the poses may be waypoints.
+
+    The start is the odometry solution if it is consistent. Registration of neighbours and annealing from the recorded
+    and from the odometry poses follow, unless the recorded poses are consistent and the first solution is already
+    better.
+    """
+    if not _may_be_waypoints(estimate, tracked):
+        return []
+    settings, solutions, status = estimate.settings.pose_errors, list[Estimate](), _alternative_status(estimate)
+    priors = waypoint_prior(estimate.measured_poses, settings)
+    if tracked is not None and agrees(tracked):
+        solutions.append(_absolute(refine(_aligned(tracked), priors), status))
+        if _is_sufficient(solutions[0], estimate, tracked):
+            return solutions
+    # With a marginal prior the order of the stations is fixed.
+    if estimate.marginal_prior.is_empty:
+        order = spanning_tree_order(estimate.measured_poses[:, :2])
+        part = rearranged(estimate, order)
+        steps = waypoint_steps(part.measured_poses, settings)
+        part = refine(register_in_order(part, steps, waypoint_prediction(part.measured_poses, settings)), steps)
+        placed = replace(estimate, poses=part.poses[np.argsort(order)])
+        solutions.append(_absolute(refine(_aligned(placed), priors), status))
+    # The optimisation may converge to different local minima.
+    solutions.append(_absolute(anneal(estimate, priors, estimate.poses), status))
+    if tracked is not None:
+        solutions.append(_absolute(anneal(estimate, priors, tracked.poses), status))
+    return solutions
+
+
+def _is_sufficient(absolute: Estimate, estimate: Estimate, tracked: Estimate) -> bool:
+    """Return True if absolute poses are better than odometry, stations share walls, and the recorded poses agree."""
+    is_connected = agrees(estimate) and agrees(absolute) and not are_weakly_connected(absolute)
+    return is_connected and _log_evidence(absolute) > _log_evidence(tracked)
+
+
+def _aligned(tracked: Estimate) -> Estimate:
+    """Return an odometry solution aligned with all recorded poses, without its landmarks.
+
+    Errors of waypoints are independent, so the first pose is no better than the others and must not define the frame.
+    """
+    return replace(tracked, poses=aligned(tracked.poses, tracked.measured_poses), features=tracked.known)
 
 
 def _uncorrected_status(estimate: Estimate) -> PoseStatus:
@@ -232,94 +281,42 @@ def _uncorrected_status(estimate: Estimate) -> PoseStatus:
     return _status(estimate, reason, ratio=inlier_ratio(estimate))
 
 
-def _alternatives(estimate: Estimate, ratio: float, tracked: Estimate | None) -> list[Estimate]:
-    """Return the odometry solution or, if the poses may be waypoints, the solutions with absolute poses."""
-    if estimate.marginal_prior.pose_model is PoseModel.ABSOLUTE:
-        return (
-            [_restarted(estimate, _alternative_status(estimate, ratio), estimate.poses)]
-            if _may_be_waypoints(estimate)
-            else []
-        )
-    tracked = tracked or _tracked(estimate, _alternative_status(estimate, ratio))
-    if _may_be_waypoints(estimate) and not _is_clearly_odometry(estimate, tracked):
-        by_hand = _set_by_hand(estimate, _alternative_status(estimate, ratio), tracked)
-        return [_odometry_or_absolute(tracked, each) for each in by_hand] if _may_be_steps(tracked) else by_hand
-    return [tracked]
-
-
-def _may_be_steps(tracked: Estimate) -> bool:
-    """Return True unless the pose errors are clearly independent, which excludes odometry."""
-    most = -VERY_STRONG if are_quantised(tracked.measured_poses) else VERY_STRONG
-    return _log_odds_absolute(tracked) <= most
-
-
-def _is_clearly_odometry(estimate: Estimate, tracked: Estimate) -> bool:
-    """Return True if only the odometry solution is consistent, and its pose errors clearly accumulate."""
-    adds_up = _log_odds_absolute(tracked) < -_BEYOND_DOUBT and not are_quantised(tracked.measured_poses)
-    return adds_up and agrees(tracked) and not agrees(estimate)
-
-
-def _alternative_status(estimate: Estimate, ratio: float) -> PoseStatus:
+def _alternative_status(estimate: Estimate) -> PoseStatus:
     """Return the status of poses that explain more than the recorded ones."""
-    return _status(estimate, PoseReason.MORE_LIKELY if agrees(estimate) else PoseReason.INCONSISTENT, ratio=ratio)
+    reason = PoseReason.MORE_LIKELY if agrees(estimate) else PoseReason.INCONSISTENT
+    return _status(estimate, reason, ratio=estimate.pose_status.inlier_ratio)
 
 
-def _set_by_hand(estimate: Estimate, status: PoseStatus, tracked: Estimate) -> list[Estimate]:
-    """Return solutions with absolute poses from several starting poses.
+def _absolute(estimate: Estimate, status: PoseStatus) -> Estimate:
+    """Return absolute poses refined with shared errors of stations and with right angles.
 
-    The start is the odometry solution if it is consistent. Registration of neighbours and annealing from the recorded
-    and from the odometry poses follow, unless the recorded poses are consistent and the first solution is already
-    better.
+    They are first optimised as if readings of a station shared no error but that of rounding. The default of the shared
+    error lowers the weights of the readings and leaves poses near their priors, even if echoes fit better elsewhere;
+    residuals there would then be taken for shared errors. The log evidence is that with the full weights.
     """
-    reset = [_reset(tracked, status)] if agrees(tracked) else []
-    if agrees(estimate) and any(
-        _are_held_together(each) and _log_evidence(each) > _log_evidence(tracked) for each in reset
-    ):
-        return reset
-    # The optimisation may converge to different local minima.
-    restarted = [_restarted(estimate, status, start) for start in (estimate.poses, tracked.poses)]
-    # With a marginal prior the order of the stations is fixed.
-    placed = [_reset(place(estimate), status)] if estimate.marginal_prior.is_empty else []
-    return [*reset, *placed, *restarted]
-
-
-def _are_held_together(estimate: Estimate) -> bool:
-    """Return True if the echoes are consistent and stations share walls with each other."""
-    return agrees(estimate) and not are_weakly_connected(estimate)
-
-
-def _reset(tracked: Estimate, status: PoseStatus) -> Estimate:
-    """Return absolute poses that start from an odometry solution, aligned with all recorded poses.
-
-    Errors of waypoints are independent, so the first pose is no better than the others and must not define the frame.
-    """
-    moved = replace(tracked, poses=aligned(tracked.poses, tracked.measured_poses), features=tracked.known)
-    return _refined_absolute(
-        refine(moved, waypoint_prior(tracked.measured_poses, tracked.settings.pose_errors)), status
-    )
-
-
-def _restarted(estimate: Estimate, status: PoseStatus, start: FloatArray) -> Estimate:
-    """Return absolute poses by annealing from the given poses, shape (s, 3) [m, m, rad]."""
     priors = waypoint_prior(estimate.measured_poses, estimate.settings.pose_errors)
-    return _refined_absolute(anneal(estimate, priors, start), status)
-
-
-def _refined_absolute(estimate: Estimate, status: PoseStatus) -> Estimate:
-    """Refine absolute poses with shared errors of stations and with right angles.
-
-    The log evidence is computed before that, while readings have their full weights.
-    """
-    estimate = replace(estimate, pose_status=status, pose_model=PoseModel.ABSOLUTE)
-    estimate = without_shared_bias(estimate, waypoint_prior(estimate.measured_poses, estimate.settings.pose_errors))
+    estimate = replace(estimate, pose_status=status, pose_model=PoseModel.ABSOLUTE, bias_sigma=estimate.offset_sigma)
+    estimate = estimate.alternate(estimate.noise, priors, _AS_IF).estimate_noise()
     estimate = replace(estimate, log_evidence_without_bias=log_evidence(estimate))
-    estimate = estimate_shared_bias(estimate, with_estimated_waypoint_noise(estimate))
-    estimate = refine_right_angles(estimate, with_estimated_waypoint_noise(estimate))
+    priors = with_estimated_waypoint_noise(estimate)
+    estimate = estimate_shared_bias(estimate, priors)
+    estimate = estimate.alternate(estimate.noise, priors, 2)
+    priors = with_estimated_waypoint_noise(estimate)
+    if (squared := with_right_angles(estimate, priors)) is not estimate:
+        estimate = squared.alternate(squared.noise, priors, 2)
     if estimate.is_along_axes:
         estimate = estimate.alternate(estimate.noise, with_estimated_waypoint_noise(estimate), 2)
     return estimate
 
 
-def _may_be_waypoints(estimate: Estimate) -> bool:
-    """Return True if there are few enough stations for the poses to be waypoints."""
-    return len(estimate.measured_poses) <= estimate.settings.max_waypoints
+def _may_be_waypoints(estimate: Estimate, tracked: Estimate | None = None) -> bool:
+    """Return True if there are few enough stations for the poses to be waypoints.
+
+    They are no waypoints if only the odometry solution is consistent, and its pose errors clearly accumulate.
+    """
+    if len(estimate.measured_poses) > estimate.settings.max_waypoints:
+        return False
+    if tracked is None or are_quantised(tracked.measured_poses):
+        return True
+    adds_up = log_odds_absolute_vs_odometry(tracked.measured_poses, tracked.poses) < -_BEYOND_DOUBT
+    return not (adds_up and agrees(tracked) and not agrees(estimate))

@@ -30,11 +30,14 @@ class FakeEstimate:
     settled: int = 0
     is_measured: bool = False
     is_along_axes: bool = False
-    is_placed: bool = False
     noise: float = 0.002
     solution: int = 0
     log_evidence_without_bias: float | None = None
     is_held_down: bool = False
+    bias_sigma: float = 0.01
+    offset_sigma: float = 0.003
+    # Standard deviations of the shared error at which the estimate was optimised.
+    alternated: tuple[float, ...] = ()
     trusts_specified_odometry: bool = True
     known: tuple[()] = ()
     features: tuple[()] = ()
@@ -68,7 +71,10 @@ class FakeEstimate:
 
     def alternate(self, noise: float, priors: PosePrior, rounds: int) -> "FakeEstimate":
         assert not priors.relative
-        return replace(self, solution=self.solution + rounds)
+        return replace(self, solution=self.solution + rounds, alternated=(*self.alternated, self.bias_sigma))
+
+    def estimate_noise(self) -> "FakeEstimate":
+        return self._asked("estimate_noise")
 
 
 def fake_estimate(stations: int, **changes: Any) -> FakeEstimate:
@@ -88,10 +94,10 @@ def anneal(estimate: FakeEstimate, priors: PosePrior, start: np.ndarray) -> Fake
     return replace(estimate, poses=start + 0.01, settled=ANNEALED)
 
 
-def refine_right_angles(estimate: FakeEstimate, priors: PosePrior) -> FakeEstimate:
+def with_right_angles(estimate: FakeEstimate, priors: PosePrior) -> FakeEstimate:
     """Find walls along the axes if waypoints were measured from such walls."""
     assert not priors.relative
-    return replace(estimate, is_along_axes=estimate.is_measured)
+    return replace(estimate, is_along_axes=True) if estimate.is_measured else estimate
 
 
 # Number of refinements that marks annealed poses.
@@ -102,10 +108,10 @@ HAND_FIRST = {PoseModel.FIXED: 0.0, PoseModel.ODOMETRY: 10.0, PoseModel.ABSOLUTE
 NEITHER = {PoseModel.FIXED: 30.0, PoseModel.ODOMETRY: 10.0, PoseModel.ABSOLUTE: 20.0}
 
 
-def recording_step(estimates: list[Any]) -> Callable[[Any], Any]:
-    """Return a step that records its argument and changes nothing."""
+def recording_step(estimates: list[Any]) -> Callable[..., Any]:
+    """Return a step that records its first argument and changes nothing."""
 
-    def step(estimate: Any) -> Any:
+    def step(estimate: Any, *_: Any) -> Any:
         estimates.append(estimate)
         return estimate
 
@@ -115,18 +121,19 @@ def recording_step(estimates: list[Any]) -> Callable[[Any], Any]:
 def replace_steps(monkeypatch: pytest.MonkeyPatch, **answers: Any) -> None:
     """Replace the steps of the selection by ones that change nothing, or by the given ones."""
     tracking: dict[str, Any] = {
-        "track_poses": lambda estimate, priors: estimate,
+        "register_in_order": lambda estimate, priors, expected: estimate,
+        "reregister_first_station": lambda estimate, priors: estimate,
         "with_estimated_waypoint_noise": lambda estimate: waypoint_prior(
             estimate.measured_poses, estimate.settings.pose_errors
         ),
-        "place": lambda estimate: estimate,
+        "rearranged": lambda estimate, order: estimate,
         "without_wheel_slip": lambda estimate, priors: None,
         "relocalised": lambda estimate, priors, station: None,
         "refine": refine,
         "contradicts_odometry": lambda estimate: False,
         "find_servo": lambda estimate: None,
         "anneal": anneal,
-        "refine_right_angles": refine_right_angles,
+        "with_right_angles": with_right_angles,
     }
     for name, answer in (tracking | answers).items():
         monkeypatch.setattr(pose_model_selection, name, answer)
@@ -155,7 +162,6 @@ def selected(
         "are_weakly_connected": lambda estimate: estimate.pose_model in (scattered or set()),
         "has_duplicated_walls": lambda estimate: False,
         "estimate_shared_bias": lambda estimate, priors: estimate,
-        "without_shared_bias": lambda estimate, priors: estimate,
     }
     replace_steps(monkeypatch, **(answers | (others or {})))
     estimate = fake_estimate(
@@ -188,10 +194,19 @@ def test_absolute_poses_are_compared_before_shared_errors_are_estimated(monkeypa
     # With shared errors, readings have low weights and hardly distinguish pose models.
     others = {
         "log_evidence": lambda estimate: HAND_FIRST[estimate.pose_model] - 15.0 * estimate.is_held_down,
-        "without_shared_bias": lambda estimate, priors: replace(estimate, is_held_down=False),
         "estimate_shared_bias": lambda estimate, priors: replace(estimate, is_held_down=True),
     }
     assert selected(monkeypatch, agree=set(PoseModel), others=others).pose_model is PoseModel.ABSOLUTE
+
+
+def test_shared_errors_are_estimated_from_readings_at_full_weight(monkeypatch: pytest.MonkeyPatch) -> None:
+    given = list[Any]()
+    others = {"estimate_shared_bias": recording_step(given)}
+    selected(monkeypatch, agree=set(PoseModel), others=others)
+    assert given
+    for each in given:
+        assert each.alternated[-1] == each.bias_sigma == each.offset_sigma
+        assert each.asked[-1] == "estimate_noise"
 
 
 def test_inconsistent_poses_in_whole_centimetres_are_always_corrected(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -236,7 +251,7 @@ def test_absolute_poses_are_not_tried_if_errors_clearly_accumulate(
         "log_odds_absolute_vs_odometry": lambda measured_poses, poses: errors,
         "are_quantised": lambda measured_poses: round_,
         "has_duplicated_walls": lambda estimate: duplicated,
-        "place": recording_step(thought),
+        "rearranged": recording_step(thought),
     }
     found = selected(monkeypatch, agree={PoseModel.ODOMETRY}, log_evidence_without_bias=STEPS_FIRST, others=others)
     assert found.pose_model is PoseModel.ODOMETRY
@@ -383,17 +398,15 @@ def test_absolute_poses_are_tried_if_walls_are_duplicated(
     assert found.pose_status.inlier_ratio == (0.5 if why is PoseReason.INCONSISTENT else None)
 
 
-@pytest.mark.parametrize("best", ["tracked", "registered", "annealed"])
-def test_the_best_of_several_starts_of_absolute_poses_is_selected(monkeypatch: pytest.MonkeyPatch, best: str) -> None:
+@pytest.mark.parametrize("best", [2, 1, ANNEALED], ids=["tracked and refined", "registered", "annealed"])
+def test_the_best_of_several_starts_of_absolute_poses_is_selected(monkeypatch: pytest.MonkeyPatch, best: int) -> None:
     def log_evidence(estimate: Any) -> float:
         if estimate.pose_model is not PoseModel.ABSOLUTE:
             return 0.0
-        start = "annealed" if estimate.settled == ANNEALED else "registered" if estimate.is_placed else "tracked"
-        return 20.0 if start == best else 10.0
+        return 20.0 if estimate.settled == best else 10.0
 
-    others = {"log_evidence": log_evidence, "place": lambda estimate: replace(estimate, is_placed=True)}
-    found = selected(monkeypatch, agree={PoseModel.ODOMETRY}, others=others)
-    assert (found.settled == ANNEALED, found.is_placed) == (best == "annealed", best == "registered")
+    found = selected(monkeypatch, agree={PoseModel.ODOMETRY}, others={"log_evidence": log_evidence})
+    assert found.settled == best
 
 
 @pytest.mark.parametrize(("scattered", "others"), [(set(), 0), ({PoseModel.ABSOLUTE}, 1)])
@@ -401,7 +414,7 @@ def test_further_starts_are_tried_if_stations_share_no_walls(
     monkeypatch: pytest.MonkeyPatch, scattered: set[PoseModel], others: int
 ) -> None:
     placed = list[Any]()
-    selected(monkeypatch, agree=set(PoseModel), scattered=scattered, others={"place": recording_step(placed)})
+    selected(monkeypatch, agree=set(PoseModel), scattered=scattered, others={"rearranged": recording_step(placed)})
     assert len(placed) == others
 
 
@@ -409,7 +422,7 @@ def test_further_starts_are_tried_if_stations_share_no_walls(
 def test_absolute_poses_are_refined_again_if_walls_are_along_the_axes(
     monkeypatch: pytest.MonkeyPatch, *, measured: bool
 ) -> None:
-    assert (selected(monkeypatch, agree=set(), measured=measured).solution > 0) == measured
+    assert len(selected(monkeypatch, agree=set(), measured=measured).alternated) == (4 if measured else 2)
 
 
 def test_further_starts_are_tried_if_the_first_is_worse_than_odometry(
@@ -431,7 +444,10 @@ def test_stations_are_not_reordered_after_marginalisation(
     nothing = MarginalPrior().summary
     marginal_prior = MarginalPrior(summary=nothing._replace(columns=np.arange(4))) if remembers else MarginalPrior()
     selected(
-        monkeypatch, agree={PoseModel.ABSOLUTE}, others={"place": recording_step(placed)}, marginal_prior=marginal_prior
+        monkeypatch,
+        agree={PoseModel.ABSOLUTE},
+        others={"rearranged": recording_step(placed)},
+        marginal_prior=marginal_prior,
     )
     assert len(placed) == expected
 
@@ -466,7 +482,8 @@ def test_poses_of_two_stations_are_not_corrected(monkeypatch: pytest.MonkeyPatch
 
 
 def test_poses_are_refined_while_the_log_evidence_grows(monkeypatch: pytest.MonkeyPatch) -> None:
-    log_evidence_without_bias = [0.0, 20.0, 40.0, 42.0, 90.0]
+    # Tracking refines the poses once.
+    log_evidence_without_bias = [0.0, 0.0, 20.0, 40.0, 42.0, 90.0]
     estimate = fake_estimate(5, settings=EstimateSettings(poses=PoseMode.CORRECT, max_waypoints=0))
     replace_steps(
         monkeypatch,
@@ -475,7 +492,7 @@ def test_poses_are_refined_while_the_log_evidence_grows(monkeypatch: pytest.Monk
         has_duplicated_walls=lambda estimate: True,
     )
     best: Any = estimate_map(estimate)  # type: ignore[arg-type]
-    assert best.settled == 2
+    assert best.settled == 3
 
 
 def test_multipath_walls_are_removed_after_class_selection_and_before_calibration(

@@ -50,6 +50,7 @@ __all__ = [
     "Features",
     "OptimiserSettings",
     "Priors",
+    "Problem",
     "geman_mcclure_variances",
     "heading_factors",
     "optimise",
@@ -69,12 +70,21 @@ _DETERMINED = 0.5
 _DAMPINGS = tuple(10.0 ** np.arange(-1, 9))
 
 
+class Problem(NamedTuple):
+    """The arguments of ``optimise``."""
+
+    measurements: Measurements
+    start: Values
+    priors: Priors
+    settings: OptimiserSettings
+    known: InformationPrior | None = None
+
+
 def optimise(
     measurements: Measurements,
     start: Values,
     priors: Priors,
     settings: OptimiserSettings,
-    *,
     known: InformationPrior | None = None,
 ) -> Solution:
     """Return the landmarks, calibration and, if they have a prior, poses that fit all readings best.
@@ -82,29 +92,25 @@ def optimise(
     ``measurements`` are placed by the poses as recorded. ``known`` is the marginal prior of readings that are no longer
     available.
     """
-    layout = start.layout
-    now, headings = start, _heading_measurements(measurements, start, priors)
+    layout, latency = start.layout, start.layout.sonar + SONAR_UNKNOWNS.index("servo_latency")
+    now, headings, units = start, _heading_measurements(measurements, start, priors), np.eye(start.layout.size)
     for _ in range(settings.max_iterations):
-        association, readings = _linearised(_at_present(measurements, now, priors), now, priors, settings)
-        range_information, range_vector = normal_equations([_placed(readings, layout)], layout.size)
-        rest, vector = normal_equations([heading_factor(headings, now)], layout.size)
-        if known is not None:
-            rest[np.ix_(known.columns, known.columns)] += known.information
-            vector[known.columns] += known.vector - known.information @ now.values[known.columns]
-        measured = range_information + rest
-        prior_information, prior_vector = normal_equations(
-            list(_prior_factors(now, layout, priors, settings)), layout.size
-        )
-        rest, vector = rest + prior_information, vector + prior_vector
-        information = range_information + rest
-        linear = _Linearisation(association, readings, rest, vector)
+        linear = _linearise_all(measurements, now, priors, settings, headings=headings, known=known)
+        changes = _considered(now, priors)
+        right = np.column_stack([linear.range_vector + linear.vector, *units[[*changes, latency]]])
         for damping in (0.0, *_DAMPINGS):
-            damped = information + damping * np.eye(layout.size)
-            step = _step(damped, range_vector + vector, now, priors, settings)
+            step, *columns, by_latency = solve(linear.information + damping * units, right).T
+            step = held(step, columns, changes)
+            if priors.drifting:
+                by_latency = held(by_latency, columns, dict.fromkeys(changes, 0.0))
+                variance = by_latency[latency]
+                least = settings.min_latency_z * math.sqrt(variance)
+                if variance < _DETERMINED * settings.latency_sigma**2 and now.latency + step[latency] < least:
+                    step = held(step, [by_latency], {latency: -now.latency})
             moved = now.retracted(step)
             if _rise(measurements, now, moved, priors=priors, linear=linear) <= 0.0:
                 break
-        now, newton_decrement = moved, float(step @ information @ step)
+        now, newton_decrement = moved, float(step @ linear.information @ step)
         if newton_decrement < settings.tolerance:
             break
     return Solution(
@@ -114,13 +120,13 @@ def optimise(
         servo=now.servo,
         poses=now.poses,
         layout=layout,
-        information=information,
-        measurement_information=measured,
+        information=linear.information,
+        measurement_information=linear.measured,
         information_inflation=priors.information_inflation,
         extents=now.features.extents,
-        owners=association.owners,
-        residuals=association.residuals,
-        excesses=association.excesses,
+        owners=linear.association.owners,
+        residuals=linear.association.residuals,
+        excesses=linear.association.excesses,
         newton_decrement=newton_decrement,
     )
 
@@ -136,36 +142,23 @@ def _rise(measurements: Measurements, now: Values, moved: Values, *, priors: Pri
     detected, tables = _at_present(measurements, moved, priors), moved.model.tabulated()
     residuals = residuals_of(detected, tables, moved.features, linear.association.owners)
     of_readings = linear.readings.weights @ (residuals**2 - linear.readings.residuals**2)
-    return float(of_readings + change @ (linear.information @ change - 2.0 * linear.vector))
+    return float(of_readings + change @ (linear.rest @ change - 2.0 * linear.vector))
 
 
-def _step(
-    information: FloatArray, right: FloatArray, now: Values, priors: Priors, settings: OptimiserSettings
-) -> FloatArray:
-    """Return the solution with the consider parameters of the sonar at their prior means (Schmidt 1966).
+def _considered(now: Values, priors: Priors) -> dict[int, float]:
+    """Return by how much the consider parameters of the sonar change to be at their prior means (Schmidt 1966).
 
     The walk exponent is always one: estimating it does not improve maps. While poses drift there are two more. Only the
     arms of the array, a few centimetres long, would determine the range scale, and an error of the beam model of tenths
     of a millimetre would change it by a percent. A servo latency looks like a robot that turns slightly too far one way
-    and back again, sweep by sweep; it is held at zero if it is determined, but negative or below two sigmas. The
-    uncertainty of all three remains in the covariance.
+    and back again, sweep by sweep; ``optimise`` holds it at zero if it is determined, but negative or below two sigmas.
+    The uncertainty of all three remains in the covariance.
     """
-    considered = ("walk_exponent", "range_scale", "servo_latency")
-    exponent, scale, latency = (now.layout.sonar + SONAR_UNKNOWNS.index(each) for each in considered)
+    exponent, scale = (now.layout.sonar + SONAR_UNKNOWNS.index(each) for each in ("walk_exponent", "range_scale"))
     changes = {exponent: 1.0 - now.model.walk_exponent}
     if priors.drifting:
         changes[scale] = priors.range_scale - now.model.range_scale
-    units = np.eye(len(right))[[*changes, latency]]
-    step, *columns, by_latency = solve(information, np.column_stack([right, *units])).T
-    step = held(step, columns, changes)
-    if not priors.drifting:
-        return step
-    by_latency = held(by_latency, columns, dict.fromkeys(changes, 0.0))
-    change, variance = step[latency], by_latency[latency]
-    is_determined = variance < _DETERMINED * settings.latency_sigma**2
-    if is_determined and now.latency + change < settings.min_latency_z * math.sqrt(variance):
-        return held(step, [by_latency], {latency: -now.latency})
-    return step
+    return changes
 
 
 def range_factors(measurements: Measurements, now: Values, priors: Priors, settings: OptimiserSettings) -> LinearFactor:
@@ -211,11 +204,18 @@ class _RangeLinearisation(NamedTuple):
 
 
 class _Linearisation(NamedTuple):
-    """All factors linearised at one state: associated readings, and the normal equations of everything else."""
+    """All factors linearised at one state: associated readings, and their normal equations.
+
+    ``information`` and ``measured`` are those of all factors and of all measurements; ``rest`` and ``vector`` are those
+    of all factors but the readings, whose vector is ``range_vector``.
+    """
 
     association: Association
     readings: _RangeLinearisation
     information: FloatArray
+    measured: FloatArray
+    range_vector: FloatArray
+    rest: FloatArray
     vector: FloatArray
 
 
@@ -225,6 +225,32 @@ def _at_present(measurements: Measurements, now: Values, priors: Priors) -> Meas
     if priors.servo is not None:
         turned = turned_by(turned, error=now.servo, before=priors.servo)
     return turned if priors.poses is None else at_poses(turned, priors.poses.measured_poses, now.poses)
+
+
+def _linearise_all(
+    measurements: Measurements,
+    now: Values,
+    priors: Priors,
+    settings: OptimiserSettings,
+    *,
+    headings: HeadingMeasurements,
+    known: InformationPrior | None,
+) -> _Linearisation:
+    """Associate the readings, and sum up the normal equations of all factors."""
+    layout = now.layout
+    association, readings = _linearised(_at_present(measurements, now, priors), now, priors, settings)
+    range_information, range_vector = normal_equations([_placed(readings, layout)], layout.size)
+    rest, vector = normal_equations([heading_factor(headings, now)], layout.size)
+    if known is not None:
+        rest[np.ix_(known.columns, known.columns)] += known.information
+        vector[known.columns] += known.vector - known.information @ now.values[known.columns]
+    measured = range_information + rest
+    prior_factors = list(_prior_factors(now, layout, priors, settings))
+    prior_information, prior_vector = normal_equations(prior_factors, layout.size)
+    rest, vector = rest + prior_information, vector + prior_vector
+    return _Linearisation(
+        association, readings, range_information + rest, measured, range_vector=range_vector, rest=rest, vector=vector
+    )
 
 
 def _linearised(

@@ -12,7 +12,7 @@ from echoplan.joint.optimisation.pose_factors import PosePrior, at_poses
 from echoplan.joint.search.duplicates import DuplicateSettings, without_duplicates
 from echoplan.joint.trace import Decision, Reason, record_event
 
-__all__ = ["anneal", "impose_right_angles", "refine", "refine_right_angles"]
+__all__ = ["anneal", "impose_right_angles", "refine", "with_estimated_odometry_noise", "with_right_angles"]
 
 
 def refine(estimate: Estimate, priors: PosePrior) -> Estimate:
@@ -31,28 +31,29 @@ def refine(estimate: Estimate, priors: PosePrior) -> Estimate:
         estimate = estimate.with_manhattan_prior(manhattan_prior)
     estimate = estimate.alternate(first, priors, 3).estimate_figure_of_merit()
     estimate = estimate.alternate(0.75 * first, priors, 2).estimate_noise()
-    estimate, learned = _learned(replace(estimate, has_heading_factors=True), priors)
+    estimate = replace(estimate, has_heading_factors=True)
+    if priors.relative and not priors.specified and estimate.solution is not None:
+        estimate = estimate.alternate(estimate.noise, priors, 2)
+        priors = with_estimated_odometry_noise(estimate, priors)
     estimate = estimate.search()
-    estimate = estimate.alternate(estimate.noise, learned, 3).prune_and_reclassify()
+    estimate = estimate.alternate(estimate.noise, priors, 3).prune_and_reclassify()
     estimate = replace(estimate, effective_sample_ratio=estimate.estimate_effective_sample_ratio())
-    return refine_right_angles(estimate.alternate(estimate.noise, learned, 2), learned)
-
-
-def _learned(estimate: Estimate, priors: PosePrior) -> tuple[Estimate, PosePrior]:
-    """Return the estimate and its pose prior with estimated odometry noise; both unchanged if the rig specifies it."""
-    if estimate.solution is None or not priors.relative or priors.specified:
-        return estimate, priors
     estimate = estimate.alternate(estimate.noise, priors, 2)
+    if (squared := with_right_angles(estimate, priors)) is not estimate:
+        estimate = squared.alternate(squared.noise, priors, 2)
+    return estimate
+
+
+def with_estimated_odometry_noise(estimate: Estimate, priors: PosePrior) -> PosePrior:
+    """Return the prior of odometry with standard deviations estimated from the optimised poses."""
     assert estimate.solution is not None
     poses = slice(estimate.solution.layout.pose, None)
-    information_inflation = estimate.estimate_effective_sample_ratio() / estimate.effective_sample_ratio
-    covariance = estimate.solution.covariance[poses, poses]
-    return estimate, estimate_odometry_noise(
+    return estimate_odometry_noise(
         priors,
         estimate.poses,
-        covariance,
+        estimate.solution.covariance[poses, poses],
         estimate.settings.odometry_noise,
-        information_inflation=information_inflation,
+        information_inflation=estimate.estimate_effective_sample_ratio() / estimate.effective_sample_ratio,
     )
 
 
@@ -68,17 +69,13 @@ def anneal(estimate: Estimate, priors: PosePrior, start: FloatArray) -> Estimate
     for noises in (coarse_to_fine, coarse_to_fine[1:]):
         estimate = replace(estimate, features=estimate.known)
         for noise in noises:
-            estimate = _agree_on(estimate, noise, priors).estimate_figure_of_merit()
+            estimate = impose_right_angles(replace(estimate, noise=noise).search())
+            estimate = estimate.alternate(noise, priors, 6).estimate_figure_of_merit()
         # Detections determine directions of walls only once the beam width is estimated.
         estimate = replace(estimate, has_heading_factors=True)
-    estimate = estimate.estimate_noise()
-    estimate = _agree_on(estimate, estimate.noise, priors).prune_and_reclassify()
+    estimate = impose_right_angles(estimate.estimate_noise().search())
+    estimate = estimate.alternate(estimate.noise, priors, 6).prune_and_reclassify()
     return estimate.optimise(estimate.noise, priors).rescore(estimate.noise)
-
-
-def _agree_on(estimate: Estimate, noise: float, priors: PosePrior) -> Estimate:
-    estimate = impose_right_angles(replace(estimate, noise=noise).search())
-    return estimate.alternate(noise, priors, 6)
 
 
 def impose_right_angles(estimate: Estimate) -> Estimate:
@@ -102,21 +99,20 @@ def _rests_on_few(estimate: Estimate) -> bool:
     return rest_on_few_stations(estimate.features, estimate.settings.search.min_second_station_llr)
 
 
-def refine_right_angles(estimate: Estimate, priors: PosePrior | None) -> Estimate:
-    """Return the estimate optimised with the Manhattan prior for which its wall directions are evidence, if any.
+def with_right_angles(estimate: Estimate, priors: PosePrior) -> Estimate:
+    """Return the estimate with the Manhattan prior for which its wall directions are evidence, if any.
 
-    A former prior without evidence is removed. ``priors`` is None if the poses are fixed.
+    A former prior without evidence is removed. The same estimate is returned if it has neither; another one is to be
+    optimised anew.
     """
     now, manhattan_prior, settings = estimate.solution, estimate.manhattan_prior, estimate.settings.manhattan
-    by_hand = priors is not None and not priors.relative
     assert now is not None
     found = estimate_right_angles(
-        now.reflectors, now.layout, now.covariance, settings, manhattan_prior, by_hand=by_hand
+        now.reflectors, now.layout, now.covariance, settings, manhattan_prior, by_hand=not priors.relative
     )
-    estimate = estimate.with_manhattan_prior(found)
     if found is None and manhattan_prior is None:
         return estimate
-    return estimate.alternate(estimate.noise, priors, 2)
+    return estimate.with_manhattan_prior(found)
 
 
 def _merged(features: Sequence[Hypothesis], settings: DuplicateSettings) -> list[Hypothesis]:

@@ -1,10 +1,13 @@
 """Consistency of an estimate with its poses, and the log evidence by which pose models are compared."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import along, signed_distances, wrap
 from echoplan.joint.estimate import Estimate
+from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.hypothesis_scores import missed
 from echoplan.joint.likelihood.ping_scores import UNCERTAIN
 from echoplan.joint.optimisation.effective_sample_size import (
@@ -12,7 +15,9 @@ from echoplan.joint.optimisation.effective_sample_size import (
     intraclass_correlation,
 )
 from echoplan.joint.optimisation.odometry_noise import VERY_STRONG
+from echoplan.joint.optimisation.optimiser import optimise
 from echoplan.joint.optimisation.pose_factors import PosePrior, pose_factors, waypoint_prior
+from echoplan.joint.optimisation.solution import Solution
 from echoplan.joint.search.duplicates import cross, duplicate_pairs, without_duplicates
 
 __all__ = [
@@ -69,8 +74,13 @@ def stations_disagree(estimate: Estimate) -> bool:
 
     Shared errors are measured by the intraclass correlation of the residuals. The result is True without a solution.
     """
-    if estimate.solution is None or (_copies(estimate) and not _are_two(estimate)):
+    if estimate.solution is None:
         return True
+    if _copies(estimate):
+        odometry = estimate.odometry()
+        free = optimise(*estimate.problem(estimate.noise, odometry))
+        if not _are_two(estimate, estimate.with_solution(free, odometry).features, free, covariance=free.covariance):
+            return True
     owners, left = estimate.solution.owners, estimate.solution.residuals
     icc = intraclass_correlation(estimate.measurements, owners, left, noise=estimate.noise)
     # Errors of the sonar model are shared as well, but are smaller than the least noise of a reading.
@@ -125,31 +135,27 @@ def _copies(estimate: Estimate) -> int:
     return len(estimate.features) - len(without_duplicates(estimate.features, estimate.settings.duplicates))
 
 
-def _are_two(estimate: Estimate) -> bool:
+def _are_two(estimate: Estimate, features: Sequence[Hypothesis], free: Solution, *, covariance: FloatArray) -> bool:
     """Return whether all apparent duplicates are two distinct walls, even if poses have the usual errors of odometry.
 
     Where the stations that detected either wall share enough other landmarks, the distance between both walls is known
     well even with free poses. This requires that the pings are explained, so that the shared landmarks are associated
-    correctly, and that no two of these walls cross.
+    correctly, and that no two of these walls cross. ``features`` are the landmarks in the solution with free poses.
     """
     pairs = duplicate_pairs(estimate.features, estimate.settings.duplicates)
     if not agrees(estimate) or any(cross(estimate.features[one], estimate.features[other]) for one, other in pairs):
         return False
-    free = estimate.optimise(estimate.noise, estimate.odometry())
-    return all(_contradiction(free, pair) > VERY_STRONG for pair in pairs)
-
-
-def _contradiction(estimate: Estimate, pair: tuple[int, int]) -> float:
-    """Return half of the squared Mahalanobis distance between two walls, given their joint covariance."""
-    solution, copied, numbers = estimate.solution, estimate.features[pair[1]], list(pair)
-    assert solution is not None
-    lines, middle = solution.reflectors[numbers, 1:3], copied.ends_xy.mean(axis=0)
-    offsets, beside = signed_distances(lines, middle), along(lines, middle)
-    apart = np.array([wrap(lines[0, 0] - lines[1, 0]), offsets[0] - offsets[1]])
-    jacobian = np.array([[1.0, 0.0, -1.0, 0.0], [beside[0], -1.0, -beside[1], 1.0]])
-    places = (solution.layout.starts[numbers][:, None] + np.arange(2)).ravel()
-    covariance = jacobian @ solution.covariance[np.ix_(places, places)] @ jacobian.T
-    return 0.5 * float(apart @ np.linalg.solve(covariance, apart))
+    for pair in pairs:
+        # Half of the squared Mahalanobis distance between both walls.
+        lines, middle = free.reflectors[list(pair), 1:3], features[pair[1]].ends_xy.mean(axis=0)
+        offsets, beside = signed_distances(lines, middle), along(lines, middle)
+        apart = np.array([wrap(lines[0, 0] - lines[1, 0]), offsets[0] - offsets[1]])
+        jacobian = np.array([[1.0, 0.0, -1.0, 0.0], [beside[0], -1.0, -beside[1], 1.0]])
+        places = (free.layout.starts[list(pair)][:, None] + np.arange(2)).ravel()
+        of_both = jacobian @ covariance[np.ix_(places, places)] @ jacobian.T
+        if 0.5 * float(apart @ np.linalg.solve(of_both, apart)) <= VERY_STRONG:
+            return False
+    return True
 
 
 def _gain_of_common_errors(estimate: Estimate) -> float:

@@ -15,14 +15,20 @@ from echoplan.joint.estimate import Estimate
 from echoplan.joint.likelihood_cache import LikelihoodCache
 from echoplan.joint.optimisation.odometry_noise import VERY_STRONG
 from echoplan.joint.optimisation.pose_factors import PosePrior, at_poses, continued, dead_reckoned
-from echoplan.joint.pose_correction.annealing import refine
 from echoplan.joint.search.scan_matching import LandmarkMap, LocalScan, best_score, local_scans, locate
 from echoplan.preprocessing.measurements import first_stations
 
-__all__ = ["local_scan_of", "local_scans_of", "register_in_order", "track_poses", "up_to_station"]
+__all__ = [
+    "local_scan_of",
+    "local_scans_of",
+    "odometry_prediction",
+    "register_in_order",
+    "reregister_first_station",
+    "up_to_station",
+]
 
 # Predicted pose of a station and its standard deviations, from the poses so far and the stations that were registered.
-_Expected: TypeAlias = Callable[[FloatArray, int, Sequence[int]], tuple[FloatArray, FloatArray]]
+Prediction: TypeAlias = Callable[[FloatArray, int, Sequence[int]], tuple[FloatArray, FloatArray]]
 
 # Weight of an arc that no landmark explains, relative to a landmark.
 _LOOSE = 0.5
@@ -42,21 +48,18 @@ _HERE, _STRONG = np.array([0.005, 0.005, math.radians(0.5)]), 3.0
 _JOINED = (0.05, math.radians(3.0))
 
 
-def track_poses(estimate: Estimate, priors: PosePrior) -> Estimate:
-    """Return the estimate with drifting poses corrected station by station; ``priors`` are those of odometry."""
+def odometry_prediction(estimate: Estimate, priors: PosePrior) -> Prediction:
+    """Return the prediction of poses by odometry, of which ``priors`` are the prior."""
     reaches = priors.reaches
 
     def expected(poses: FloatArray, station: int, _: Sequence[int]) -> tuple[FloatArray, FloatArray]:
         """Return the pose of a station by odometry, and how far it may be off."""
         return dead_reckoned(estimate.measured_poses, poses, station), reaches[station]
 
-    followed = register_in_order(estimate, priors, expected)
-    if estimate.marginal_prior.is_empty and len(estimate.measured_poses) > _FEW:
-        followed = _reregister_first_station(followed, priors)
-    return refine(followed, priors)
+    return expected
 
 
-def register_in_order(estimate: Estimate, priors: PosePrior, expected: _Expected) -> Estimate:
+def register_in_order(estimate: Estimate, priors: PosePrior, expected: Prediction) -> Estimate:
     """Return the estimate with each station registered to the landmarks of those before it, in order.
 
     A station is registered near its predicted pose by its arcs, to landmarks and to arcs that no landmark explains.
@@ -85,7 +88,9 @@ def register_in_order(estimate: Estimate, priors: PosePrior, expected: _Expected
         if score > VERY_STRONG:
             recognised.append(station)
         if score <= _UNDERSTOOD * best_score(scans[station], settings):
-            part = _learn(estimate, priors, station + 1)
+            count, noise = station + 1, estimate.settings.pose_errors.tracking_sigma
+            steps = priors._replace(measured_poses=priors.measured_poses[:count], sigmas=priors.sigmas[:count])
+            part = replace(up_to_station(estimate, count), noise=noise).search(rounds=1).alternate(noise, steps, 2)
             poses = np.concatenate([part.poses, estimate.poses[station + 1 :]])
             estimate, known = replace(estimate, poses=poses, features=part.features), _landmark_map(part)
     return estimate
@@ -102,12 +107,14 @@ def local_scan_of(estimate: Estimate, station: int) -> LocalScan:
     return local_scans(arcs, estimate.recorded, estimate.model.tabulated(), estimate.measured_poses[station])
 
 
-def _reregister_first_station(estimate: Estimate, priors: PosePrior) -> Estimate:
+def reregister_first_station(estimate: Estimate, priors: PosePrior) -> Estimate:
     """Register the first station to the landmarks of the others, and move these such that it fits.
 
     The second station was registered to the arcs of a single station, each of which may be a wall, a corner or a
     cylinder. If that was wrong, all later stations agree with the second one, but not with the first.
     """
+    if not estimate.marginal_prior.is_empty or len(estimate.measured_poses) <= _FEW:
+        return estimate
     scan = local_scans_of(estimate)[0]
     others = LandmarkMap.of([each for each in estimate.features if each.llr_by_station[1:].max(initial=0.0) > 0.0])
     back = invert(compose(invert(estimate.measured_poses[0]), estimate.measured_poses[1]))
@@ -147,14 +154,7 @@ def up_to_station(estimate: Estimate, count: int) -> Estimate:
 def _known(estimate: Estimate, count: int) -> LandmarkMap:
     """Return the map from the first ``count`` stations: landmarks that are known before any search, and arcs."""
     part = up_to_station(estimate, count)
-    return _landmark_map(replace(part, features=part.refreshed()))
-
-
-def _learn(estimate: Estimate, priors: PosePrior, count: int) -> Estimate:
-    """Return the estimate of the first ``count`` stations after a search and a joint optimisation of their poses."""
-    part = replace(up_to_station(estimate, count), noise=estimate.settings.pose_errors.tracking_sigma).search(rounds=1)
-    first = priors._replace(measured_poses=priors.measured_poses[:count], sigmas=priors.sigmas[:count])
-    return part.alternate(part.noise, first, 2)
+    return _landmark_map(part.rescore(part.noise))
 
 
 def _landmark_map(known: Estimate) -> LandmarkMap:

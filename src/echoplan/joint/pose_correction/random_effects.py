@@ -7,61 +7,37 @@ import numpy as np
 from echoplan.arrays import FloatArray
 from echoplan.joint.estimate import Estimate
 from echoplan.joint.optimisation.factors import LinearFactor
-from echoplan.joint.optimisation.optimiser import range_factors
+from echoplan.joint.optimisation.optimiser import optimise, range_factors
 from echoplan.joint.optimisation.pose_factors import PosePrior
-from echoplan.joint.optimisation.values import Values
 from echoplan.joint.optimisation.variance_components import map_scale_factor
-from echoplan.preprocessing.servo import AS_RECORDED
 
-__all__ = ["common_squares", "estimate_shared_bias", "without_shared_bias"]
+__all__ = ["common_squares", "estimate_shared_bias"]
 
 # Maximum number of iterations, and relative change of the estimate at which they have converged.
 _ROUNDS, _AT_REST = 8, 0.05
-# Iterations of the optimisation without shared errors.
-_AS_IF = 6
-
-
-def without_shared_bias(estimate: Estimate, pose_prior: PosePrior) -> Estimate:
-    """Return the estimate optimised as if readings of a station shared no error but that of rounding.
-
-    The default of the shared error lowers the weights of the readings and leaves poses near their priors, even if
-    echoes fit better elsewhere. Residuals there would then be taken for shared errors. ``pose_prior`` is absolute.
-    """
-    estimate = replace(estimate, bias_sigma=estimate.offset_sigma)
-    return estimate.alternate(estimate.noise, pose_prior, _AS_IF).estimate_noise()
 
 
 def estimate_shared_bias(estimate: Estimate, pose_prior: PosePrior) -> Estimate:
-    """Return the estimate with an estimated standard deviation of the shared error, optimised anew with it.
+    """Return the estimate with the standard deviation of the shared error by maximum a posteriori, optimised with it.
 
     How straight walls are and how accurate the sonar model is, is unknown beforehand, so the prior is log-normal over a
     factor of ten. The estimate is no less than the error of rounding. ``pose_prior`` is absolute.
     """
+    settings, least = estimate.settings, estimate.offset_sigma
+    guess, spread = settings.pose_errors.bias_sigma, settings.pose_errors.bias_log_sigma
     for _ in range(_ROUNDS):
-        before = estimate.bias_sigma
-        estimate = replace(estimate, bias_sigma=max(_learned(estimate, pose_prior), estimate.offset_sigma))
-        estimate = estimate.optimise(estimate.noise, pose_prior)
+        assert estimate.solution is not None
+        before, now = estimate.bias_sigma, estimate.values(estimate.features, estimate.poses)
+        single = estimate.priors(estimate.noise, pose_prior)._replace(bias_sigma=0.0)
+        rows = range_factors(estimate.recorded, now, single, settings.optimiser)
+        squares, count = common_squares(rows, estimate.solution.covariance, common=before)
+        learned = guess * float(map_scale_factor(squares / guess**2, count, spread))
+        estimate = replace(estimate, bias_sigma=max(learned, least))
+        solution = optimise(*estimate.problem(estimate.noise, pose_prior))
+        estimate = estimate.with_solution(solution, pose_prior)
         if abs(estimate.bias_sigma - before) < _AT_REST * before:
             break
-    estimate = estimate.rescore(estimate.noise).estimate_noise()
-    return estimate.alternate(estimate.noise, pose_prior, 2)
-
-
-def _learned(estimate: Estimate, pose_prior: PosePrior) -> float:
-    """Return the standard deviation of the shared error by maximum a posteriori, from the present residuals [m]."""
-    assert estimate.solution is not None
-    now = Values(
-        features=estimate.with_attenuation(estimate.features),
-        model=estimate.model,
-        latency=estimate.latency,
-        servo=estimate.servo or AS_RECORDED,
-        poses=estimate.poses,
-    )
-    single, settings = estimate.priors(estimate.noise, pose_prior)._replace(bias_sigma=0.0), estimate.settings
-    rows = range_factors(estimate.recorded, now, single, settings.optimiser)
-    squares, count = common_squares(rows, estimate.solution.covariance, common=estimate.bias_sigma)
-    guess = settings.pose_errors.bias_sigma
-    return guess * float(map_scale_factor(squares / guess**2, count, settings.pose_errors.bias_log_sigma))
+    return estimate.rescore(estimate.noise).estimate_noise()
 
 
 def common_squares(rows: LinearFactor, covariance: FloatArray, *, common: float) -> tuple[float, float]:

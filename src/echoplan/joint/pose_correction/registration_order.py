@@ -11,34 +11,47 @@ from echoplan.joint.arcs import find_arcs
 from echoplan.joint.estimate import Estimate
 from echoplan.joint.likelihood_cache import LikelihoodCache
 from echoplan.joint.optimisation.odometry_noise import estimate_waypoint_noise
-from echoplan.joint.optimisation.pose_factors import PosePrior, PoseSettings, waypoint_prior, waypoint_steps
-from echoplan.joint.pose_correction.annealing import refine
-from echoplan.joint.pose_correction.pose_tracking import register_in_order
+from echoplan.joint.optimisation.pose_factors import PosePrior, PoseSettings, waypoint_prior
+from echoplan.joint.pose_correction.pose_tracking import Prediction
 from echoplan.preprocessing.measurements import rearranged_stations
 
-__all__ = ["place", "seen_from_others", "spanning_tree_order", "with_estimated_waypoint_noise"]
+__all__ = [
+    "rearranged",
+    "seen_from_others",
+    "spanning_tree_order",
+    "waypoint_prediction",
+    "with_estimated_waypoint_noise",
+]
 
 
-def place(estimate: Estimate) -> Estimate:
-    """Return the estimate with each station registered near its waypoint, in the frame of those registered before.
+def rearranged(estimate: Estimate, order: Sequence[int]) -> Estimate:
+    """Return the estimate with its stations in another order, at their recorded poses."""
+    recorded, measured_poses = rearranged_stations(estimate.recorded, order), estimate.measured_poses[list(order)]
+    return replace(
+        estimate,
+        recorded=recorded,
+        measurements=recorded,
+        measured_poses=measured_poses,
+        poses=measured_poses,
+        arcs=find_arcs(recorded, resolution=estimate.resolution, settings=estimate.settings.arcs),
+        likelihoods=LikelihoodCache(),
+    )
+
+
+def waypoint_prediction(waypoints: FloatArray, settings: PoseSettings) -> Prediction:
+    """Return the prediction of a pose by the waypoints that were registered before it.
 
     Yaw is known poorly at waypoints, so a single station hardly predicts where the others are relative to it. The more
-    stations are registered, the better the rotation of their frame is known. Stations are ordered such that each is
-    near one before it and shares landmarks with it, whenever it was recorded.
+    stations are registered, the better the rotation of their frame is known. ``waypoints``, shape (s, 3) [m, m, rad],
+    are ordered such that each is near one before it and shares landmarks with it, whenever it was recorded.
     """
-    order, settings = spanning_tree_order(estimate.measured_poses[:, :2]), estimate.settings.pose_errors
-    part = _rearranged(estimate, order)
 
     def expected(poses: FloatArray, station: int, recognised: Sequence[int]) -> tuple[FloatArray, FloatArray]:
         """Return the pose of a station as waypoints nearby predict it, and how far it may be off."""
-        found, measured_poses = list(recognised), estimate.measured_poses[order]
-        return seen_from_others(measured_poses[station], measured_poses[found], poses[found], settings)
+        found = list(recognised)
+        return seen_from_others(waypoints[station], waypoints[found], poses[found], settings)
 
-    priors = waypoint_steps(part.measured_poses, settings)
-    part = refine(register_in_order(part, priors, expected), priors)
-    poses = estimate.measured_poses.copy()
-    poses[order] = part.poses
-    return replace(estimate, poses=poses)
+    return expected
 
 
 def with_estimated_waypoint_noise(estimate: Estimate) -> PosePrior:
@@ -97,18 +110,3 @@ def seen_from_others(
     away = np.hypot(settings.absolute_xy_sigma * np.sqrt(1.0 + 1.0 / len(others)), abs(arm) * turn_sigma)
     pose = np.array([place.real, place.imag, wrap(waypoint[2] + turn)])
     return pose, np.array([away, away, np.hypot(settings.absolute_yaw_sigma, turn_sigma)])
-
-
-def _rearranged(estimate: Estimate, order: Sequence[int]) -> Estimate:
-    """Return the estimate with its stations in another order, at their recorded poses."""
-    recorded = rearranged_stations(estimate.recorded, order)
-    measured_poses = estimate.measured_poses[list(order)]
-    return replace(
-        estimate,
-        recorded=recorded,
-        measurements=recorded,
-        measured_poses=measured_poses,
-        poses=measured_poses,
-        arcs=find_arcs(recorded, resolution=estimate.resolution, settings=estimate.settings.arcs),
-        likelihoods=LikelihoodCache(),
-    )

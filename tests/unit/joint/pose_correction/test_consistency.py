@@ -20,7 +20,6 @@ from echoplan.joint.pose_correction.consistency import (
     log_evidence,
     stations_disagree,
 )
-from echoplan.joint.pose_correction.pose_tracking import track_poses
 from echoplan.joint.pose_model_selection import estimate_map
 from echoplan.joint.pose_status import PoseModel, PoseReason
 from echoplan.joint.search.duplicates import duplicate_pairs, without_duplicates
@@ -29,6 +28,7 @@ from echoplan.model import Odometry, Polyline, Route, World
 from echoplan.preprocessing.measurements import Measurements, join_measurements, measurements_of
 from echoplan.simulation import OdometryNoise, Simulation, SimulationSettings
 from helpers.constants import settings_with
+from helpers.tracking import track_poses
 
 pytestmark = pytest.mark.slow
 

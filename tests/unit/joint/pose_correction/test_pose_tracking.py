@@ -15,12 +15,18 @@ from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.marginalisation import marginalise, survey
 from echoplan.joint.optimisation.pose_factors import odometry_prior
 from echoplan.joint.pose_correction.consistency import has_duplicated_walls
-from echoplan.joint.pose_correction.pose_tracking import register_in_order, track_poses, up_to_station
+from echoplan.joint.pose_correction.pose_tracking import (
+    odometry_prediction,
+    register_in_order,
+    reregister_first_station,
+    up_to_station,
+)
 from echoplan.joint.search.scan_matching import LandmarkMap, LocalisationSettings, LocalScan, locate
 from echoplan.joint.settings import EstimateSettings
 from echoplan.model import Route, Sweep
 from echoplan.preprocessing.measurements import join_measurements, measurements_of
 from echoplan.simulation import OdometryNoise, Simulation, SimulationSettings
+from helpers.tracking import track_poses
 
 WAY = np.array(
     [
@@ -149,8 +155,9 @@ def test_the_first_station_is_registered_anew_only_with_strong_evidence(
 
     estimate = estimate_of(drive())
     monkeypatch.setattr("echoplan.joint.pose_correction.pose_tracking.locate", located)
-    monkeypatch.setattr("echoplan.joint.pose_correction.pose_tracking.refine", lambda estimate, *_: estimate)
-    estimate = track_poses(estimate, odometry_prior(estimate.measured_poses, estimate.settings.pose_errors))
+    priors = odometry_prior(estimate.measured_poses, estimate.settings.pose_errors)
+    estimate = register_in_order(estimate, priors, odometry_prediction(estimate, priors))
+    estimate = reregister_first_station(estimate, priors)
     away = np.hypot(*(estimate.poses[1:] - WAY[1:])[:, :2].T)
     assert stays
     assert ((away > 0.2) == moves).all()

@@ -1,8 +1,5 @@
 """Shared errors of the readings of one landmark from one station are estimated from residuals."""
 
-from dataclasses import dataclass, replace
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -10,7 +7,7 @@ from echoplan.arrays import FloatArray
 from echoplan.joint.optimisation.factors import LinearFactor, normal_equations
 from echoplan.joint.optimisation.solver import solve
 from echoplan.joint.optimisation.variance_components import map_scale_factor
-from echoplan.joint.pose_correction.random_effects import common_squares, without_shared_bias
+from echoplan.joint.pose_correction.random_effects import common_squares
 
 NOISE, GUESS, SPREAD = 0.002, 0.012, 1.15
 FEATURES, STATIONS, READINGS = 6, 30, 10
@@ -75,24 +72,3 @@ def test_an_effect_that_poses_absorb_does_not_count() -> None:
     single = LinearFactor(rows.columns[own], rows.jacobian[own], rows.residuals[own], rows.weights[own])
     _, count = common_squares(*solution(single, 0.01), common=0.01)
     assert count == pytest.approx(0.0, abs=1e-3 * STATIONS)
-
-
-@dataclass(frozen=True)
-class FakeEstimate:
-    """Estimate that records the shared error at each step."""
-
-    bias_sigma: float = GUESS
-    done: tuple[tuple[str, float], ...] = ()
-    offset_sigma: float = 0.003
-    noise: float = 0.006
-
-    def alternate(self, noise: float, priors: Any, rounds: int) -> "FakeEstimate":
-        return replace(self, done=(*self.done, ("solution", self.bias_sigma)))
-
-    def estimate_noise(self) -> "FakeEstimate":
-        return replace(self, done=(*self.done, ("noise", self.bias_sigma)))
-
-
-def test_shared_errors_are_estimated_from_readings_at_full_weight() -> None:
-    estimate: Any = without_shared_bias(FakeEstimate(), None)  # type: ignore[arg-type]
-    assert estimate.done == (("solution", estimate.offset_sigma), ("noise", estimate.offset_sigma))
