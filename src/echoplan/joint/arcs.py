@@ -43,17 +43,10 @@ class ArcSettings(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Arc:
-    """Echoes of one reflector in one sweep.
-
-    Parameters
-    ----------
-    station : int
-        Index of the station.
-    pings : ndarray of int, shape (n,)
-        Indices into the measurements.
-    """
+    """Echoes of one reflector in one sweep."""
 
     station: int
+    # Indices into the measurements, shape (n,).
     pings: IntArray
 
     def share_of(self, chosen: BoolArray) -> float:

@@ -13,36 +13,23 @@ __all__ = ["LANDMARKS", "PARAMETERS", "LandmarkType", "reflector_at"]
 
 
 class LandmarkType(NamedTuple):
-    """Properties of a type of landmark, except its echo (``acoustics.predicted_echo``).
+    """Properties of a type of landmark, except its echo (``acoustics.predicted_echo``)."""
 
-    Attributes
-    ----------
-    parameters : int
-        Free parameters: normal angle and offset, or x, y and perhaps a radius.
-    feature_class : FeatureClass
-        What it is in a map.
-    is_surface : bool
-        Whether it reflects specularly.  Points return little sound, so that non-detections of them
-        are weak evidence.
-    is_omnidirectional : bool
-        Whether it returns sound in all directions, so that every station with a free view should detect it.
-    proposal_cell : tuple of float
-        Proposals in the same cell of this size count as one [rad, m; m, m, m].
-    refined_cell : tuple of float
-        The same once they are refined.
-    also_proposed : tuple of Kind, optional
-        Kinds that are tried wherever it is proposed.
-    corner_kind : CornerKind, optional
-        Which corner it is, if it is one.
-    """
-
+    # Free parameters: normal angle and offset, or x, y and perhaps a radius.
     parameters: int
+    # What it is in a map.
     feature_class: FeatureClass
+    # Whether it reflects specularly.  Points return little sound, so that non-detections of them are weak evidence.
     is_surface: bool
+    # Whether it returns sound in all directions, so that every station with a free view should detect it.
     is_omnidirectional: bool
+    # Proposals in the same cell of this size count as one [rad, m; m, m, m].
     proposal_cell: tuple[float, float, float]
+    # The same once they are refined.
     refined_cell: tuple[float, float, float]
+    # Kinds that are tried wherever it is proposed.
     also_proposed: tuple[Kind, ...] = ()
+    # Which corner it is, if it is one.
     corner_kind: CornerKind | None = None
 
     @property

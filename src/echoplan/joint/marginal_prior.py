@@ -29,69 +29,44 @@ def _nothing() -> InformationPrior:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class MarginalPrior:
-    """What is known from marginalised stations.
+    """What is known from marginalised stations."""
 
-    Parameters
-    ----------
-    features : sequence of Hypothesis, optional
-        Landmarks that these stations detected, with their track histories.
-    pending : sequence of Hypothesis, optional
-        Landmarks that only stations of the window detected.
-    summary : InformationPrior, optional
-        Information on the parameters of ``features``, the sonar, and the first pose of the window if it is a variable:
-        in this order.
-    echoes : mapping of tuple of int to CornerEcho, optional
-        Echoes of the corners of two walls, by the track numbers of both.
-    poses : ndarray, shape (k, 3), optional
-        Estimated poses of the stations of the window that were in the previous window, too [m, m, rad].
-    pose_model : PoseModel, optional
-        Model of the pose errors.
-    pose_status : PoseStatus, optional
-        The decision about the poses, with its reason.
-    model : EchoModel, optional
-        Sonar.
-    latency : float, optional
-        Latency of the servo [s].
-    servo : ServoError, optional
-        Gain and offset of the servo; None if it is not calibrated.
-    noise : float, optional
-        Standard deviation of a reading [m].
-    beam_prior : tuple of float, optional
-        Estimated figure of merit [dB] and log ka.
-    effective_sample_ratio : float, optional
-        Ratio of the effective sample size to the weight of the readings.
-    trusts_specified_odometry : bool, optional
-        Whether the odometry noise is as the rig specifies.
-    dead_reckoned : ndarray, shape (3,), optional
-        Standard deviations of the first pose of the window by odometry alone [m, m, rad].
-    issued : int, optional
-        Number of track numbers assigned so far.
-    is_known_map : bool, optional
-        Whether the landmarks are those of a map that was made before, which determines the scale.
-    range_scale : float, optional
-        Range scale of earlier recordings; NaN if there are none.
-    path_xy : ndarray, shape (p, 2), optional
-        Path of the robot in earlier recordings [m]; a row of NaN ends each.
-    """
-
+    # Landmarks that these stations detected, with their track histories.
     features: Sequence[Hypothesis] = ()
+    # Landmarks that only stations of the window detected.
     pending: Sequence[Hypothesis] = ()
+    # Information on the parameters of ``features``, the sonar, and the first pose of the window if it is a variable: in
+    # this order.
     summary: InformationPrior = field(default_factory=_nothing)
+    # Echoes of the corners of two walls, by the track numbers of both.
     echoes: Mapping[tuple[int, int], CornerEcho] = field(default_factory=dict)
+    # Estimated poses of the stations of the window that were in the previous window, too [m, m, rad], shape (k, 3).
     poses: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
     pose_model: PoseModel = PoseModel.FIXED
+    # The decision about the poses, with its reason.
     pose_status: PoseStatus = field(default_factory=PoseStatus)
     model: EchoModel | None = None
+    # Latency of the servo [s].
     latency: float = 0.0
+    # Gain and offset of the servo; None if it is not calibrated.
     servo: ServoError | None = None
+    # Standard deviation of a reading [m].
     noise: float = np.nan
+    # Estimated figure of merit [dB] and log ka.
     beam_prior: tuple[float, float] | None = None
+    # Ratio of the effective sample size to the weight of the readings.
     effective_sample_ratio: float = 1.0
+    # Whether the odometry noise is as the rig specifies.
     trusts_specified_odometry: bool = True
+    # Standard deviations of the first pose of the window by odometry alone [m, m, rad], shape (3,).
     dead_reckoned: FloatArray = field(default_factory=lambda: np.zeros(3))
+    # Number of track numbers assigned so far.
     issued: int = 0
+    # Whether the landmarks are those of a map that was made before, which determines the scale.
     is_known_map: bool = False
+    # Range scale of earlier recordings; NaN if there are none.
     range_scale: float = np.nan
+    # Path of the robot in earlier recordings [m], shape (p, 2); a row of NaN ends each.
     path_xy: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
 
     @property

@@ -36,21 +36,14 @@ class ObservabilitySettings(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Undetermined:
-    """A run of poses that only odometry determines in one direction.
+    """A run of poses that only odometry determines in one direction."""
 
-    Parameters
-    ----------
-    first, last : int
-        First and last station of the run.
-    direction : float
-        Direction at the worst of these stations, modulo half a turn [rad].
-    along, across : float
-        Standard deviations in this direction, and across it given the walls, at the worst station [m].
-    """
-
+    # First and last station of the run.
     first: int
     last: int
+    # Direction at the worst of these stations, modulo half a turn [rad].
     direction: float
+    # Standard deviations in this direction, and across it given the walls, at the worst station [m].
     along: float
     across: float
 

@@ -30,27 +30,16 @@ class PoseReason(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PoseStatus:
-    """Why poses are corrected or not.
-
-    Parameters
-    ----------
-    reason : PoseReason
-        Test that decided.
-    inlier_ratio : float, optional
-        Share of echoes that the map explains from the recorded poses, if this was the test.
-    is_requested : bool, optional
-        Whether the user requested a correction.
-    is_odometry_specified : bool, optional
-        Whether the rig specifies the noise of its odometry.
-    exceeds_specification : bool, optional
-        Whether the odometry noise is greater than specified.
-    has_slips : bool, optional
-        Whether a step was an outlier: wheel slip.
-    """
+    """Why poses are corrected or not."""
 
     reason: PoseReason = PoseReason.TRUSTED
+    # Share of echoes that the map explains from the recorded poses, if this was the test.
     inlier_ratio: float | None = None
+    # Whether the user requested a correction.
     is_requested: bool = False
+    # Whether the rig specifies the noise of its odometry.
     is_odometry_specified: bool = False
+    # Whether the odometry noise is greater than specified.
     exceeds_specification: bool = False
+    # Whether a step was an outlier: wheel slip.
     has_slips: bool = False

@@ -46,42 +46,25 @@ class Reason(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Event:
-    """One decision about one landmark.
-
-    Parameters
-    ----------
-    decision : Decision
-        What was decided.
-    reason : Reason
-        Test that decided.
-    kind : Kind
-        Class of the landmark before the decision.
-    parameters : tuple of float
-        Normal angle and offset of a wall [rad, m]; x, y, and radius of anything else [m].
-    log_likelihood_ratio : float
-        Log-likelihood ratio of all pings with and without the landmark [nats].
-    threshold : float
-        Required log-likelihood ratio [nats]; NaN if another test decided.
-    detections, missed_detections : float
-        Sums of the positive and of the negative log-likelihood ratios of the stations [nats].
-    stations : int
-        Number of supporting stations.
-    worst_station : int or None
-        Index of the station with the most negative log-likelihood ratio.
-    becomes : Kind, optional
-        Class after a change.
-    """
+    """One decision about one landmark."""
 
     decision: Decision
     reason: Reason
+    # Class of the landmark before the decision.
     kind: Kind
+    # Normal angle and offset of a wall [rad, m]; x, y, and radius of anything else [m].
     parameters: tuple[float, ...]
+    # Log-likelihood ratio of all pings with and without the landmark [nats].
     log_likelihood_ratio: float
+    # Required log-likelihood ratio [nats]; NaN if another test decided.
     threshold: float
+    # Sums of the positive and of the negative log-likelihood ratios of the stations [nats].
     detections: float
     missed_detections: float
     stations: int
+    # Index of the station with the most negative log-likelihood ratio.
     worst_station: int | None
+    # Class after a change.
     becomes: Kind | None = None
 
     def translated(self, offset_xy: tuple[float, float]) -> "Event":

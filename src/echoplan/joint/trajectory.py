@@ -22,23 +22,15 @@ __all__ = ["Trajectory", "dead_reckoned", "joined", "posed"]
 
 
 class Trajectory(NamedTuple):
-    """Poses of w sweeps.
+    """Poses of w sweeps."""
 
-    Attributes
-    ----------
-    sweeps : ndarray of int, shape (w,)
-        Numbers of the sweeps.
-    poses : ndarray, shape (w, 3)
-        Estimated poses [m, m, rad].
-    covariances : ndarray, shape (w, 3, 3)
-        Covariances of the poses [m, m, rad]; shape (0, 3, 3) if poses are fixed.
-    undetermined : tuple of dict
-        Runs of sweeps whose position only odometry determines in one direction.
-    """
-
+    # Numbers of the sweeps, shape (w,).
     sweeps: IntArray
+    # Estimated poses [m, m, rad], shape (w, 3).
     poses: FloatArray
+    # Covariances of the poses [m, m, rad], shape (w, 3, 3); shape (0, 3, 3) if poses are fixed.
     covariances: FloatArray
+    # Runs of sweeps whose position only odometry determines in one direction.
     undetermined: tuple[dict[str, float], ...]
 
     def first(self, count: int) -> "Trajectory":

@@ -45,24 +45,16 @@ Route: TypeAlias = tuple[Shape, Shape, bool, Motion]
 
 
 class Emissions(NamedTuple):
-    """Bursts that pings may detect as crosstalk: b pairs of a ping and a source.
+    """Bursts that pings may detect as crosstalk: b pairs of a ping and a source."""
 
-    Attributes
-    ----------
-    pings, crosstalk_sources : ndarray of int, shape (b,)
-        The ping that detects, and the ping that emitted the burst.
-    travelled : ndarray, shape (b,)
-        Half of the path length of the burst at the reading [m], sorted within each station.
-    bounds : ndarray of int, shape (s + 1,)
-        Index of the first burst of each station, and the end of the last.
-    spread : ndarray, shape (s,)
-        Greatest distance of an acoustic center from the center of its station [m].
-    """
-
+    # The ping that detects, and the ping that emitted the burst, shape (b,).
     pings: IntArray
     crosstalk_sources: IntArray
+    # Half of the path length of the burst at the reading [m], sorted within each station, shape (b,).
     travelled: FloatArray
+    # Index of the first burst of each station, and the end of the last, shape (s + 1,).
     bounds: IntArray
+    # Greatest distance of an acoustic center from the center of its station [m], shape (s,).
     spread: FloatArray
 
 

@@ -28,32 +28,20 @@ Key: TypeAlias = tuple[object, ...]
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Hypothesis:
-    """A landmark that may exist, with its log-likelihood ratio.
+    """A landmark that may exist, with its log-likelihood ratio."""
 
-    Parameters
-    ----------
-    reflector : ndarray, shape (4,)
-        Value of ``Kind`` and three parameters [rad and m].
-    ping_scores : PingScores
-        Log-likelihoods of single pings.
-    llr_by_station : ndarray, shape (s,)
-        Contribution of each station to the log-likelihood ratio [nats].
-    llr : float, optional
-        Log-likelihood ratio, including the track history [nats].
-    extent : tuple of float, optional
-        Ends of a wall along its line [m].
-    history : TrackHistory, optional
-        Contribution of marginalised stations, which is part of ``llr`` and ``extent``.
-    is_square : bool, optional
-        Whether the Manhattan prior applies to a wall.
-    """
-
+    # Value of ``Kind`` and three parameters [rad and m], shape (4,).
     reflector: FloatArray
     ping_scores: PingScores
+    # Contribution of each station to the log-likelihood ratio [nats], shape (s,).
     llr_by_station: FloatArray
+    # Log-likelihood ratio, including the track history [nats].
     llr: float = 0.0
+    # Ends of a wall along its line [m].
     extent: tuple[float, float] = (0.0, 0.0)
+    # Contribution of marginalised stations, which is part of ``llr`` and ``extent``.
     history: TrackHistory = NO_HISTORY
+    # Whether the Manhattan prior applies to a wall.
     is_square: bool = False
 
     @property

@@ -33,36 +33,23 @@ _ScoreArrays: TypeAlias = tuple[IntArray, FloatArray, FloatArray, FloatArray]
 
 
 class Occluders(NamedTuple):
-    """Accepted landmarks that may block a view.
+    """Accepted landmarks that may block a view."""
 
-    Attributes
-    ----------
-    reflectors : ndarray, shape (f, 4)
-        Kind and parameters.
-    extents : ndarray, shape (f, 2)
-        Ends of walls along their lines [m].
-    """
-
+    # Kind and parameters, shape (f, 4).
     reflectors: FloatArray
+    # Ends of walls along their lines [m], shape (f, 2).
     extents: FloatArray
 
 
 class HypothesisScore(NamedTuple):
-    """Log-likelihood ratio of a landmark.
+    """Log-likelihood ratio of a landmark."""
 
-    Attributes
-    ----------
-    llr : float
-        Log-likelihood ratio over the best associations without the landmark [nats].
-    low, high : float
-        Ends of a wall along its line [m]; 0 for other landmarks.
-    llr_by_station : ndarray, shape (s,)
-        Contribution of each station [nats]; 0 for stations outside the best run along a wall.
-    """
-
+    # Log-likelihood ratio over the best associations without the landmark [nats].
     llr: float
+    # Ends of a wall along its line [m]; 0 for other landmarks.
     low: float
     high: float
+    # Contribution of each station [nats], shape (s,); 0 for stations outside the best run along a wall.
     llr_by_station: FloatArray
 
 

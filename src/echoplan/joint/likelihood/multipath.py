@@ -32,20 +32,13 @@ Ghost: TypeAlias = tuple[IntArray, FloatArray]
 
 
 class Part(NamedTuple):
-    """Readings that one landmark or a pair of landmarks explains.
+    """Readings that one landmark or a pair of landmarks explains."""
 
-    Attributes
-    ----------
-    owners : tuple of int
-        Indices of both landmarks; the same index twice for one.
-    pings : ndarray of int, shape (k,)
-        Indices of the pings.
-    log_densities : ndarray, shape (k,)
-        Log densities of their readings [log 1/m].
-    """
-
+    # Indices of both landmarks; the same index twice for one.
     owners: tuple[int, int]
+    # Indices of the pings, shape (k,).
     pings: IntArray
+    # Log densities of their readings [log 1/m], shape (k,).
     log_densities: FloatArray
 
 

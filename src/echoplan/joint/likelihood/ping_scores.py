@@ -58,29 +58,19 @@ MASKING = 0.03
 
 
 class PingScores(NamedTuple):
-    """Log-likelihoods of a landmark for the m pings that can detect it.
+    """Log-likelihoods of a landmark for the m pings that can detect it."""
 
-    Attributes
-    ----------
-    pings : ndarray of int, shape (m,)
-        Indices of the pings.
-    densities : ndarray, shape (m,)
-        Log density of the reading as an echo of the landmark [log 1/m]; ``NO_ECHO`` outside the gate.
-    misses : ndarray, shape (m,)
-        Log probability of a non-detection [nats]; 0 for pings that are none.
-    audible : ndarray of bool, shape (m,)
-        Whether the echo is expected above the threshold and within range.
-    unmasked : ndarray of bool, shape (m,)
-        Whether nothing nearer was detected.
-    feet : ndarray, shape (m,)
-        Foot of the perpendicular from the sensor, along a wall [m]; 0 for other landmarks.
-    """
-
+    # Indices of the pings, shape (m,).
     pings: IntArray
+    # Log density of the reading as an echo of the landmark [log 1/m], shape (m,); ``NO_ECHO`` outside the gate.
     densities: FloatArray
+    # Log probability of a non-detection [nats], shape (m,); 0 for pings that are none.
     misses: FloatArray
+    # Whether the echo is expected above the threshold and within range, shape (m,).
     audible: BoolArray
+    # Whether nothing nearer was detected, shape (m,).
     unmasked: BoolArray
+    # Foot of the perpendicular from the sensor, along a wall [m], shape (m,); 0 for other landmarks.
     feet: FloatArray
 
 

@@ -37,20 +37,13 @@ class CandidateSettings(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class ArcMeasurements:
-    """Arcs as the planes that explain them.
+    """Arcs as the planes that explain them."""
 
-    Parameters
-    ----------
-    stations : ndarray of int, shape (a,)
-        Index of the station of each arc.
-    centers : ndarray, shape (a, 2)
-        Center of this station [m].
-    planes : ndarray, shape (a, 2)
-        ``(normal_angle, offset)`` [rad, m].
-    """
-
+    # Index of the station of each arc, shape (a,).
     stations: IntArray
+    # Center of this station [m], shape (a, 2).
     centers: FloatArray
+    # ``(normal_angle, offset)`` [rad, m], shape (a, 2).
     planes: FloatArray
 
     @property

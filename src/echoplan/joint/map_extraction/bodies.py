@@ -20,26 +20,17 @@ _DEPTH = 0.5
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Bodies:
-    """Bodies behind n segments.
+    """Bodies behind n segments."""
 
-    Parameters
-    ----------
-    owners : ndarray of int, shape (n,)
-        Landmark of each front.
-    origins_xy : ndarray, shape (n, 2)
-        Lower ends of the fronts [m].
-    axes : ndarray, shape (n, 2, 2)
-        Unit vectors along each front and into the body.
-    widths : ndarray, shape (n,)
-        Lengths of the fronts [m].
-    depths : ndarray, shape (n, 2)
-        Least and greatest depth of each body [m].
-    """
-
+    # Landmark of each front, shape (n,).
     owners: IntArray
+    # Lower ends of the fronts [m], shape (n, 2).
     origins_xy: FloatArray
+    # Unit vectors along each front and into the body, shape (n, 2, 2).
     axes: FloatArray
+    # Lengths of the fronts [m], shape (n,).
     widths: FloatArray
+    # Least and greatest depth of each body [m], shape (n, 2).
     depths: FloatArray
 
     @classmethod

@@ -60,32 +60,19 @@ class CornerSettings(Settings):
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Vertex:
-    """Point where two segments meet.
-
-    Parameters
-    ----------
-    segments : tuple of int
-        Indices of both segments.
-    upper : tuple of bool
-        Whether each segment has its upper end there.
-    position_xy : ndarray, shape (2,)
-        Position [m].
-    kind : CornerKind
-        Concave or convex, as seen from the stations.
-    detected : bool
-        Whether it was detected.
-    echo : CornerEcho
-        Echoes over both of its walls.
-    cost : float
-        Length by which both segments are extended [m], 10 m less for a detected vertex: the least cost comes first.
-    """
+    """Point where two segments meet."""
 
     segments: tuple[int, int]
+    # Whether each segment has its upper end there.
     upper: tuple[bool, bool]
+    # Position [m], shape (2,).
     position_xy: FloatArray
+    # Concave or convex, as seen from the stations.
     kind: CornerKind
     detected: bool
+    # Echoes over both of its walls.
     echo: CornerEcho
+    # Length by which both segments are extended [m], 10 m less for a detected vertex: the least cost comes first.
     cost: float
 
 

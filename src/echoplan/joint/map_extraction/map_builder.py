@@ -91,35 +91,19 @@ def _diluted(probabilities: ClassProbabilities, share: float) -> ClassProbabilit
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class MapBuilder:
-    """Landmarks, segments and corners from which a map is made, and their covariances.
+    """Landmarks, segments and corners from which a map is made, and their covariances."""
 
-    Parameters
-    ----------
-    features : sequence of Hypothesis
-        Optimised landmarks with their track histories.
-    solution : Solution
-        Solution with the covariances.
-    segments : sequence of Segment
-        Wall segments.
-    vertices : sequence of Vertex
-        Corners where segments meet.
-    manhattan_prior : ManhattanPrior or None
-        Manhattan prior that was used.
-    settings : MapSettings
-        Criteria for what is drawn.
-    ties : CornerFactorSettings, optional
-        Criteria for corners that lie on walls.
-    path_xy : ndarray, shape (p, 2), optional
-        Path of the robot, which no wall crosses [m].
-    """
-
+    # Optimised landmarks with their track histories.
     features: Sequence[Hypothesis]
     solution: Solution
     segments: Sequence[Segment]
     vertices: Sequence[Vertex]
+    # Manhattan prior that was used.
     manhattan_prior: ManhattanPrior | None
     settings: MapSettings
+    # Criteria for corners that lie on walls.
     ties: CornerFactorSettings = field(default_factory=CornerFactorSettings)
+    # Path of the robot, which no wall crosses [m], shape (p, 2).
     path_xy: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
 
     def right_angles(self) -> dict[str, float | bool]:

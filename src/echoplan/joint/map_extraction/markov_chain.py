@@ -15,17 +15,12 @@ __all__ = ["Chain", "smoothed"]
 
 
 class Chain(NamedTuple):
-    """Marginal probabilities along a line of n cells.
+    """Marginal probabilities along a line of n cells."""
 
-    Attributes
-    ----------
-    wall : ndarray, shape (n,)
-        Probability that each cell is wall.
-    ends : ndarray, shape (2, n - 1)
-        Probability that a wall begins (0: its lower end) or stops (1: its upper end) at each border between two cells.
-    """
-
+    # Probability that each cell is wall, shape (n,).
     wall: FloatArray
+    # Probability that a wall begins (0, shape (2, n - 1): its lower end) or stops (1: its upper end) at each border
+    # between two cells.
     ends: FloatArray
 
 

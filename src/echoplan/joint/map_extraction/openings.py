@@ -19,29 +19,19 @@ _THICKEST = 0.4
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Gap:
-    """Stretch between two segments of one line, or of the two faces of a wall.
+    """Stretch between two segments of one line, or of the two faces of a wall."""
 
-    Parameters
-    ----------
-    walls : tuple of int
-        Indices of the adjacent walls.
-    line : ndarray, shape (2,)
-        Normal angle and offset [rad, m].
-    jambs : tuple of End
-        Distributions of its lower and upper end along the line.
-    is_free : bool
-        Whether one of its cells is certainly no wall.
-    is_open : bool
-        Whether it is an opening: free, with two known ends that are no concave corners.
-    passed : bool
-        Whether the robot drove through.
-    """
-
+    # Indices of the adjacent walls.
     walls: tuple[int, ...]
+    # Normal angle and offset [rad, m], shape (2,).
     line: FloatArray
+    # Distributions of its lower and upper end along the line.
     jambs: tuple[End, End]
+    # Whether one of its cells is certainly no wall.
     is_free: bool
+    # Whether it is an opening: free, with two known ends that are no concave corners.
     is_open: bool
+    # Whether the robot drove through.
     passed: bool
 
     @property

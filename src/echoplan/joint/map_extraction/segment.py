@@ -28,17 +28,11 @@ _AT_END = 0.03
 
 
 class End(NamedTuple):
-    """Distribution of the place of an end along a line.
+    """Distribution of the place of an end along a line."""
 
-    Attributes
-    ----------
-    places : ndarray, shape (n,)
-        Borders between cells, in order [m].
-    chances : ndarray, shape (n,)
-        Probability of each border, up to a factor.
-    """
-
+    # Borders between cells, in order [m], shape (n,).
     places: FloatArray
+    # Probability of each border, up to a factor, shape (n,).
     chances: FloatArray
 
     @classmethod
@@ -90,33 +84,21 @@ class End(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Segment:
-    """A part of a line that is wall.
+    """A part of a line that is wall."""
 
-    Parameters
-    ----------
-    owner : int
-        Index of the landmark.
-    wall : Hypothesis
-        The landmark.
-    low, high : float
-        Drawn ends along the line [m]: the medians of known ends, else as far as it was detected.
-    ends : tuple of End or None
-        Distributions of the lower and the upper end; None without evidence for an end.
-    pings : int
-        Number of pings that it reflected.
-    start : float
-        Place of the lower border of the first cell of the line [m].
-    chances : ndarray, shape (n,)
-        Probability that each cell of the line is wall.
-    """
-
+    # Index of the landmark.
     owner: int
     wall: Hypothesis
+    # Drawn ends along the line [m]: the medians of known ends, else as far as it was detected.
     low: float
     high: float
+    # Distributions of the lower and the upper end; None without evidence for an end.
     ends: tuple[End | None, End | None]
+    # Number of pings that it reflected.
     pings: int
+    # Place of the lower border of the first cell of the line [m].
     start: float
+    # Probability that each cell of the line is wall, shape (n,).
     chances: FloatArray
 
     @property

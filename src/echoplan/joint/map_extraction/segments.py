@@ -133,37 +133,22 @@ def _without_copies(segments: Sequence[Segment]) -> list[Segment]:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class _Line:
-    """Cells of one wall line, and the log-likelihood ratios of k stations.
+    """Cells of one wall line, and the log-likelihood ratios of k stations."""
 
-    Parameters
-    ----------
-    owner : int
-        Index of the landmark.
-    wall : Hypothesis
-        The landmark.
-    start : float
-        Place of the lower border of the first cell [m].
-    count : int
-        Number of cells.
-    feet : ndarray, shape (k,)
-        Foot of the perpendicular from each station along the line [m].
-    ratios : ndarray, shape (k, 2, m)
-        Log-likelihood ratios as in ``LineEvidence``, bounded, and zero for stations whose view is blocked [nats].
-    best : ndarray, shape (k,)
-        Greatest log-likelihood ratio of each station for a wall, not bounded [nats].
-    passed : ndarray, shape (p,)
-        Places where the robot crossed the line [m].
-    settings : SegmentSettings
-        Prior probabilities.
-    """
-
+    # Index of the landmark.
     owner: int
     wall: Hypothesis
+    # Place of the lower border of the first cell [m].
     start: float
     count: int
+    # Foot of the perpendicular from each station along the line [m], shape (k,).
     feet: FloatArray
+    # Log-likelihood ratios as in ``LineEvidence``, bounded, and zero for stations whose view is blocked [nats], shape
+    # (k, 2, m).
     ratios: FloatArray
+    # Greatest log-likelihood ratio of each station for a wall, not bounded [nats], shape (k,).
     best: FloatArray
+    # Places where the robot crossed the line [m], shape (p,).
     passed: FloatArray
     settings: SegmentSettings
 

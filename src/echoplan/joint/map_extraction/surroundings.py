@@ -38,20 +38,13 @@ _CORNER_REACH = 0.03
 
 
 class CornerOnLine(NamedTuple):
-    """A detected corner on a line.
+    """A detected corner on a line."""
 
-    Attributes
-    ----------
-    place : float
-        Place along the line [m].
-    sides : tuple of int
-        Ends of the wall that may lie there (0 lower, 1 upper): one if the other wall of the corner is known.
-    evidence : float
-        Log-likelihood ratio of the corner against none [nats].
-    """
-
+    # Place along the line [m].
     place: float
+    # Ends of the wall that may lie there (0 lower, 1 upper): one if the other wall of the corner is known.
     sides: tuple[int, ...]
+    # Log-likelihood ratio of the corner against none [nats].
     evidence: float
 
 
@@ -111,21 +104,14 @@ def _parallel(line: FloatArray, others: Sequence[Segment]) -> list["Beside"]:
 
 
 class Beside(NamedTuple):
-    """A segment parallel to a line.
+    """A segment parallel to a line."""
 
-    Attributes
-    ----------
-    depth : float
-        Distance before the line [m]; negative behind it.
-    first, last : float
-        Places of its ends along the line [m].
-    faces_alike : bool
-        Whether its normal points the same way.
-    """
-
+    # Distance before the line [m]; negative behind it.
     depth: float
+    # Places of its ends along the line [m].
     first: float
     last: float
+    # Whether its normal points the same way.
     faces_alike: bool
 
     @classmethod

@@ -17,41 +17,26 @@ _TRACE = 1e-9
 
 
 class LinearFactor(NamedTuple):
-    """m linearised equations ``residual = jacobian . step`` with at most k unknowns each.
+    """m linearised equations ``residual = jacobian . step`` with at most k unknowns each."""
 
-    Attributes
-    ----------
-    columns : ndarray of int, shape (m, k)
-        Positions of the unknowns; -1 is padding.
-    jacobian : ndarray, shape (m, k)
-        Derivatives of the predictions by these unknowns.
-    residuals : ndarray, shape (m,)
-        Observation minus prediction.
-    weights : ndarray, shape (m,)
-        Inverse variances.
-    """
-
+    # Positions of the unknowns, shape (m, k); -1 is padding.
     columns: IntArray
+    # Derivatives of the predictions by these unknowns, shape (m, k).
     jacobian: FloatArray
+    # Observation minus prediction, shape (m,).
     residuals: FloatArray
+    # Inverse variances, shape (m,).
     weights: FloatArray
 
 
 class InformationPrior(NamedTuple):
-    """Gaussian prior of k unknowns in information form, left by marginalised factors.
+    """Gaussian prior of k unknowns in information form, left by marginalised factors."""
 
-    Attributes
-    ----------
-    columns : ndarray of int, shape (k,)
-        Positions of the unknowns.
-    information : ndarray, shape (k, k)
-        ``J' W J`` with all other unknowns eliminated, linearised at their values at that time.
-    vector : ndarray, shape (k,)
-        ``J' W J x + J' W r``: right-hand side of the normal equations of the values, not of a step.
-    """
-
+    # Positions of the unknowns, shape (k,).
     columns: IntArray
+    # ``J' W J`` with all other unknowns eliminated, linearised at their values at that time, shape (k, k).
     information: FloatArray
+    # ``J' W J x + J' W r``, shape (k,): right-hand side of the normal equations of the values, not of a step.
     vector: FloatArray
 
     def marginalised_onto(self, columns: IntArray) -> "InformationPrior":

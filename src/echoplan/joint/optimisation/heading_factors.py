@@ -37,27 +37,18 @@ _STEEP = math.cos(1.2)
 
 
 class HeadingMeasurements(NamedTuple):
-    """Measured directions of walls as seen from stations.
+    """Measured directions of walls as seen from stations."""
 
-    Attributes
-    ----------
-    walls, stations : ndarray of int, shape (b,)
-        Indices of wall and station.
-    headings : ndarray, shape (b,)
-        Yaw of the station minus the normal angle of the wall [rad].
-    angles : ndarray, shape (b,)
-        Mean recorded servo angle of the pings that detected the wall [rad].
-    variances : ndarray, shape (b,)
-        Variances of the headings [rad^2].
-    servo : ServoError
-        Gain and offset of the servo for which the headings hold.
-    """
-
+    # Indices of wall and station, shape (b,).
     walls: IntArray
     stations: IntArray
+    # Yaw of the station minus the normal angle of the wall [rad], shape (b,).
     headings: FloatArray
+    # Mean recorded servo angle of the pings that detected the wall [rad], shape (b,).
     angles: FloatArray
+    # Variances of the headings [rad^2], shape (b,).
     variances: FloatArray
+    # Gain and offset of the servo for which the headings hold.
     servo: ServoError = AS_RECORDED
 
 

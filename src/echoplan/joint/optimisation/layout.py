@@ -44,16 +44,9 @@ READING_COLUMNS = POSE_COLUMNS + 3  # A pose has x, y and yaw.
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Layout:
-    """Positions of the unknowns in the state vector.
+    """Positions of the unknowns in the state vector."""
 
-    Parameters
-    ----------
-    kinds : ndarray of int, shape (f,)
-        Kind of each landmark.
-    poses : int, optional
-        Number of free poses.
-    """
-
+    # Kind of each landmark, shape (f,).
     kinds: IntArray
     poses: int = 0
 

@@ -83,20 +83,13 @@ class ManhattanSettings(Settings):
 
 
 class ManhattanPrior(NamedTuple):
-    """Which walls are at right angles to each other, and with what standard deviation.
+    """Which walls are at right angles to each other, and with what standard deviation."""
 
-    Attributes
-    ----------
-    members : ndarray of bool, shape (f,)
-        Which features are such walls.
-    sigma : float
-        Standard deviation of their directions about the common one [rad].
-    along_axes : bool
-        Whether the common direction is that of the axes of the map; else it is free.
-    """
-
+    # Which features are such walls, shape (f,).
     members: BoolArray
+    # Standard deviation of their directions about the common one [rad].
     sigma: float
+    # Whether the common direction is that of the axes of the map; else it is free.
     along_axes: bool = False
 
 

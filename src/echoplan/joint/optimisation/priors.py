@@ -101,58 +101,39 @@ class OptimiserSettings(Settings):
 
 
 class Priors(NamedTuple):
-    """Priors of one optimisation.
+    """Priors of one optimisation."""
 
-    Attributes
-    ----------
-    noise : float
-        Standard deviation of a reading [m].
-    offset_sigma : float
-        Standard deviation of the range offset, the error of an aimed plane at 1 m [m]: modules are adjusted to be right
-        there within a step of the readings.
-    walk_gain : float
-        Prior mean of the range walk at the threshold [m].
-    has_servo : bool
-        Whether there is a servo, so that its latency is a variable.
-    scale_sigma : float
-        Standard deviation of the range scale.
-    range_scale : float
-        Prior mean of the range scale, by the expected speed of sound.
-    drifting : bool
-        Whether errors of the poses accumulate.
-    poses : PosePrior or None
-        Prior of the poses; None if they are fixed.
-    bias_sigma : float
-        Standard deviation of the error that all readings of a landmark from one station share [m]; 0 if there is none.
-    effective_sample_ratio : float
-        Ratio of the effective sample size of the readings to their weight.
-    information_inflation : float
-        Ratio of the information of the readings to that which their weights give them.
-    beam_prior : tuple of float or None
-        Figure of merit [dB] and logarithm of ka as estimated from detections and non-detections; None before that, and
-        while poses drift or have not converged: then both are fixed.
-    manhattan_prior : ManhattanPrior or None
-        Prior of walls at right angles, if there is one.
-    bearings : bool
-        Whether the angles at which walls are detected determine yaw or servo (heading factors).
-    servo : ServoError or None
-        Gain and offset of the servo by which the pings are placed; None if the servo is not calibrated.
-    """
-
+    # Standard deviation of a reading [m].
     noise: float
+    # Standard deviation of the range offset, the error of an aimed plane at 1 m [m]: modules are adjusted to be right
+    # there within a step of the readings.
     offset_sigma: float
+    # Prior mean of the range walk at the threshold [m].
     walk_gain: float
+    # Whether there is a servo, so that its latency is a variable.
     has_servo: bool
+    # Standard deviation of the range scale.
     scale_sigma: float
+    # Prior mean of the range scale, by the expected speed of sound.
     range_scale: float = 0.0
+    # Whether errors of the poses accumulate.
     drifting: bool = False
+    # Prior of the poses; None if they are fixed.
     poses: PosePrior | None = None
+    # Standard deviation of the error that all readings of a landmark from one station share [m]; 0 if there is none.
     bias_sigma: float = 0.0
+    # Ratio of the effective sample size of the readings to their weight.
     effective_sample_ratio: float = 1.0
+    # Ratio of the information of the readings to that which their weights give them.
     information_inflation: float = 1.0
+    # Figure of merit [dB] and logarithm of ka as estimated from detections and non-detections; None before that, and
+    # while poses drift or have not converged: then both are fixed.
     beam_prior: tuple[float, float] | None = None
+    # Prior of walls at right angles, if there is one.
     manhattan_prior: ManhattanPrior | None = None
+    # Whether the angles at which walls are detected determine yaw or servo (heading factors).
     bearings: bool = False
+    # Gain and offset of the servo by which the pings are placed; None if the servo is not calibrated.
     servo: ServoError | None = None
 
 

@@ -62,44 +62,29 @@ _BORDER, _WALK = 0.1, 0.1
 
 
 class Features(NamedTuple):
-    """Landmarks as arrays.
+    """Landmarks as arrays."""
 
-    Attributes
-    ----------
-    reflectors : ndarray, shape (f, 4)
-        Kind and parameters.
-    extents : ndarray, shape (f, 2)
-        Lower and upper bound of the detected extent of walls, along them [m].
-    attenuations : ndarray, shape (f, s)
-        Attenuation of each landmark from each station [dB]; ``inf`` for stations that did not detect it.
-    bias_variances : ndarray, shape (f, s)
-        Variance of the range error that uncertain attenuation causes, shared by all readings of a station [m^2].
-    ends : ndarray, shape (f, 2, 6)
-        Edges at which walls end, as ``edges_of`` returns them.
-    """
-
+    # Kind and parameters, shape (f, 4).
     reflectors: FloatArray
+    # Lower and upper bound of the detected extent of walls, along them [m], shape (f, 2).
     extents: FloatArray
+    # Attenuation of each landmark from each station [dB], shape (f, s); ``inf`` for stations that did not detect it.
     attenuations: FloatArray
+    # Variance of the range error that uncertain attenuation causes, shared by all readings of a station [m^2], shape
+    # (f, s).
     bias_variances: FloatArray
+    # Edges at which walls end, as ``edges_of`` returns them, shape (f, 2, 6).
     ends: FloatArray
 
 
 class Association(NamedTuple):
-    """Landmark that explains each of n pings.
+    """Landmark that explains each of n pings."""
 
-    Attributes
-    ----------
-    owners : ndarray of int, shape (n,)
-        Index of the landmark; -1 for none.
-    residuals : ndarray, shape (n,)
-        Reading minus predicted reading [m].
-    excesses : ndarray, shape (n,)
-        Predicted signal excess [dB].
-    """
-
+    # Index of the landmark, shape (n,); -1 for none.
     owners: IntArray
+    # Reading minus predicted reading [m], shape (n,).
     residuals: FloatArray
+    # Predicted signal excess [dB], shape (n,).
     excesses: FloatArray
 
 

@@ -27,26 +27,15 @@ _THIN, _THICK = 0.01, 0.5
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Values:
-    """Present landmarks, calibration and poses.
-
-    Parameters
-    ----------
-    features : Features
-        The landmarks.
-    model : EchoModel
-        The sonar.
-    latency : float, optional
-        Latency of the servo [s].
-    servo : ServoError, optional
-        Gain and offset of the servo.
-    poses : ndarray, shape (s, 3), optional
-        Poses of the stations [m, m, rad]; empty if they are fixed.
-    """
+    """Present landmarks, calibration and poses."""
 
     features: Features
     model: EchoModel
+    # Latency of the servo [s].
     latency: float = 0.0
+    # Gain and offset of the servo.
     servo: ServoError = AS_RECORDED
+    # Poses of the stations [m, m, rad], shape (s, 3); empty if they are fixed.
     poses: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
 
     @cached_property

@@ -44,31 +44,21 @@ _SINGLE_ARC = (0.006, 0.03)
 
 
 class _Planes(NamedTuple):
-    """Planes that explain single arcs.
+    """Planes that explain single arcs."""
 
-    Attributes
-    ----------
-    stations : ndarray of int, shape (a,)
-        Index of the station.
-    hubs, arms : ndarray of complex, shape (a,)
-        Axis of the servo, and vector from it to the acoustic centre [m].
-    normals, depths : ndarray, shape (a,)
-        Normal angle of the plane and its distance from the acoustic centre [rad, m].
-    angles : ndarray, shape (a,)
-        Recorded servo angle [rad].
-    weights : ndarray, shape (a,)
-        Weight, up to 1.
-    sigmas : ndarray, shape (a,)
-        Standard deviations of the normals [rad].
-    """
-
+    # Index of the station, shape (a,).
     stations: IntArray
+    # Axis of the servo, and vector from it to the acoustic centre [m], shape (a,).
     hubs: FloatArray
     arms: FloatArray
+    # Normal angle of the plane and its distance from the acoustic centre [rad, m], shape (a,).
     normals: FloatArray
     depths: FloatArray
+    # Recorded servo angle [rad], shape (a,).
     angles: FloatArray
+    # Weight, up to 1, shape (a,).
     weights: FloatArray
+    # Standard deviations of the normals [rad], shape (a,).
     sigmas: FloatArray
 
 

@@ -23,24 +23,15 @@ _SQUARE = math.radians(1.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CornerEcho:
-    """Detections of the corner of two walls.
+    """Detections of the corner of two walls."""
 
-    Parameters
-    ----------
-    pings : int, optional
-        Number of pings that detected a double bounce.
-    stations : int, optional
-        Number of their stations.
-    detections : float, optional
-        Log-likelihood ratio of these readings as double bounces [nats].
-    gain : float, optional
-        Log-likelihood ratio of a corner landmark at the crossing, from all stations [nats]: positive if they detect it,
-        negative if it should have been detected, 0 if no station could detect it.
-    """
-
+    # Number of pings that detected a double bounce.
     pings: int = 0
     stations: int = 0
+    # Log-likelihood ratio of these readings as double bounces [nats].
     detections: float = 0.0
+    # Log-likelihood ratio of a corner landmark at the crossing, from all stations [nats]: positive if they detect it,
+    # negative if it should have been detected, 0 if no station could detect it.
     gain: float = 0.0
 
     @property
@@ -60,17 +51,11 @@ class CornerEcho:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Echoes:
-    """Corner echoes of all walls.
+    """Corner echoes of all walls."""
 
-    Parameters
-    ----------
-    pairs : mapping of tuple of int to CornerEcho, optional
-        Echoes by the numbers of two walls, the lower one first.
-    corners_xy : ndarray, shape (c, 2), optional
-        Corners that are landmarks themselves [m].
-    """
-
+    # Echoes by the numbers of two walls, the lower one first.
     pairs: Mapping[tuple[int, int], CornerEcho] = field(default_factory=dict)
+    # Corners that are landmarks themselves [m], shape (c, 2).
     corners_xy: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
 
     @classmethod

@@ -44,20 +44,13 @@ _StrongestEcho: TypeAlias = tuple[Point, float]
 
 
 class Corner(NamedTuple):
-    """Corner of a latent wall with a known wall.
+    """Corner of a latent wall with a known wall."""
 
-    Attributes
-    ----------
-    place : float
-        Position along the known wall [m].
-    opening : float
-        Angle between both walls [rad].
-    side : float
-        End of the known wall at the corner: 1 for greatest, -1 for least position along it.
-    """
-
+    # Position along the known wall [m].
     place: float
+    # Angle between both walls [rad].
     opening: float
+    # End of the known wall at the corner: 1 for greatest, -1 for least position along it.
     side: float
 
 

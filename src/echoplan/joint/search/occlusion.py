@@ -18,17 +18,11 @@ __all__ = ["Occlusion", "hiding"]
 
 
 class Occlusion(NamedTuple):
-    """Paths through walls: of wall and landmark, the one of the greater log-likelihood ratio exists.
+    """Paths through walls: of wall and landmark, the one of the greater log-likelihood ratio exists."""
 
-    Attributes
-    ----------
-    hidden : ndarray of bool, shape (n,)
-        Paths through a wall of a greater log-likelihood ratio than their landmark.
-    passed : ndarray of bool, shape (f, n)
-        Paths through each wall whose landmark has at least its log-likelihood ratio.
-    """
-
+    # Paths through a wall of a greater log-likelihood ratio than their landmark, shape (n,).
     hidden: BoolArray
+    # Paths through each wall whose landmark has at least its log-likelihood ratio, shape (f, n).
     passed: BoolArray
 
 

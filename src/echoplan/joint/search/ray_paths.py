@@ -31,24 +31,16 @@ _BEYOND = 0.05
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Paths:
-    """Paths of the sound that landmarks reflected, by ping.
+    """Paths of the sound that landmarks reflected, by ping."""
 
-    Parameters
-    ----------
-    starts_xy, ends_xy : ndarray, shape (n, 2)
-        Sensors and specular points [m]; ``nan`` for unexplained pings.
-    owners : ndarray of int, shape (n,)
-        Index of the landmark that explains each ping; -1 for none.
-    sure : ndarray of bool, shape (n,)
-        Whether enough other pings of the station agree.
-    stations : ndarray of int, shape (n,)
-        Station of each ping.
-    """
-
+    # Sensors and specular points [m], shape (n, 2); ``nan`` for unexplained pings.
     starts_xy: FloatArray
     ends_xy: FloatArray
+    # Index of the landmark that explains each ping, shape (n,); -1 for none.
     owners: IntArray
+    # Whether enough other pings of the station agree, shape (n,).
     sure: BoolArray
+    # Station of each ping, shape (n,).
     stations: IntArray
 
     def chosen(self, pings: BoolArray) -> "Paths":

@@ -50,41 +50,26 @@ class LocalisationSettings(NamedTuple):
 
 
 class LocalScan(NamedTuple):
-    """Arcs of one sweep in the frame of the robot.
+    """Arcs of one sweep in the frame of the robot."""
 
-    Attributes
-    ----------
-    origins_xy : ndarray, shape (a, 2)
-        Mean sensor position of each arc [m].
-    normals : ndarray, shape (a,)
-        Normal angles of the planes that explain the arcs [rad].
-    depths : ndarray, shape (a,)
-        Distances of these planes [m].
-    weights : ndarray, shape (a,)
-        Weights of the arcs, at most 1.
-    """
-
+    # Mean sensor position of each arc [m], shape (a, 2).
     origins_xy: FloatArray
+    # Normal angles of the planes that explain the arcs [rad], shape (a,).
     normals: FloatArray
+    # Distances of these planes [m], shape (a,).
     depths: FloatArray
+    # Weights of the arcs, at most 1, shape (a,).
     weights: FloatArray
 
 
 class LandmarkMap(NamedTuple):
-    """Landmarks to which arcs are registered.
+    """Landmarks to which arcs are registered."""
 
-    Attributes
-    ----------
-    reflectors : ndarray, shape (f, 4)
-        Kind and parameters in the ``map`` frame.
-    weights : ndarray, shape (f,)
-        Weights of the landmarks, at most 1.
-    extents : ndarray, shape (f, 2)
-        Ends of walls along their lines [m].
-    """
-
+    # Kind and parameters in the ``map`` frame, shape (f, 4).
     reflectors: FloatArray
+    # Weights of the landmarks, at most 1, shape (f,).
     weights: FloatArray
+    # Ends of walls along their lines [m], shape (f, 2).
     extents: FloatArray
 
     @classmethod
