@@ -39,7 +39,7 @@ BRANCHES = (
 )
 FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 # Ceilings for what the house style (CONTRIBUTING.md) would have none of: lower them when you remove some.
-SHORT_HELPERS = 95
+SHORT_HELPERS = 82
 SHARED_CONSTANTS = 41
 CROWDED_FUNCTIONS = 291
 

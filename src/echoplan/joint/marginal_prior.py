@@ -23,8 +23,8 @@ from echoplan.preprocessing.servo import ServoError
 __all__ = ["MarginalPrior", "marginalise_poses", "places_of"]
 
 
-def _nothing() -> InformationPrior:
-    return InformationPrior(np.zeros(0, dtype=np.int64), np.zeros((0, 0)), np.zeros(0))
+# Information on no unknown.
+_NOTHING = InformationPrior(np.zeros(0, dtype=np.int64), np.zeros((0, 0)), np.zeros(0))
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -37,7 +37,7 @@ class MarginalPrior:
     pending: Sequence[Hypothesis] = ()
     # Information on the parameters of ``features``, the sonar, and the first pose of the window if it is a variable: in
     # this order.
-    summary: InformationPrior = field(default_factory=_nothing)
+    summary: InformationPrior = _NOTHING
     # Echoes of the corners of two walls, by the track numbers of both.
     echoes: Mapping[tuple[int, int], CornerEcho] = field(default_factory=dict)
     # Estimated poses of the stations of the window that were in the previous window, too [m, m, rad], shape (k, 3).

@@ -1,6 +1,7 @@
 """Marginalisation of the oldest stations, and the map of all stations together."""
 
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -28,7 +29,6 @@ from echoplan.joint.search.occlusion import hiding
 from echoplan.joint.search.ray_paths import Paths, trace_paths, unoccluded_stations
 from echoplan.joint.trace import Decision, Reason, record_event
 from echoplan.joint.trajectory import dead_reckoned
-from echoplan.model import ClassProbabilities
 from echoplan.preprocessing.measurements import select_measurements, step_of
 from echoplan.preprocessing.servo import AS_RECORDED
 
@@ -100,17 +100,11 @@ def _is_there(feature: Hypothesis) -> bool:
     reflected is false, and so is a landmark that is not the best explanation of any ping.
     """
     history = feature.history
-    if _own_probability(feature) < _UNLIKELY:
+    if getattr(history.probabilities, feature.type.feature_class) < _UNLIKELY:
         return False
     if history.supporting - history.hidden < history.hidden or 2 * history.passed >= history.pings:
         return False
     return not feature.type.is_surface or history.supporting >= history.missing
-
-
-def _own_probability(feature: Hypothesis) -> float:
-    """Return the probability of the class of the hypothesis."""
-    probability: float = getattr(feature.history.probabilities, feature.type.feature_class)
-    return probability
 
 
 def marginalise(estimate: Estimate, count: int) -> MarginalPrior:
@@ -125,8 +119,9 @@ def marginalise(estimate: Estimate, count: int) -> MarginalPrior:
             pair = (features[one].history.number, features[other].history.number)
             key = min(pair), max(pair)
             echoes[key] = echoes.get(key, CornerEcho()).joined(echo)
+    bare = partial(replace, ping_scores=NO_PING_SCORES, llr_by_station=np.zeros(0), is_square=False)
     return MarginalPrior(
-        features=[_bare(each) for each in everything],
+        features=[bare(each, llr=each.history.llr) for each in everything],
         pending=[each for each in features if not each.is_known],
         summary=_summary(estimate, everything, gone, count),
         echoes=echoes,
@@ -202,6 +197,7 @@ def _going(estimate: Estimate, gone: BoolArray, count: int) -> _Marginalised:
     assert estimate.solution is not None
     paths = trace_paths(estimate.likelihood, estimate.features, step=step_of(estimate.measurements))
     hides = hiding(paths, estimate.features, gap=_WIDE_GAP)
+    left_out = estimate.likelihood.log_densities_without(estimate.features)
     return _Marginalised(
         size=count,
         pings=gone,
@@ -210,18 +206,12 @@ def _going(estimate: Estimate, gone: BoolArray, count: int) -> _Marginalised:
         passed=hides.passed[:, gone],
         owners=estimate.solution.owners[gone],
         stations=estimate.measurements.stations[gone],
-        lines=_lines(estimate, count),
+        lines={
+            number: line_evidence(estimate.likelihood, each, count, log_densities)
+            for number, (each, log_densities) in enumerate(zip(estimate.features, left_out, strict=True))
+            if each.is_wall
+        },
     )
-
-
-def _lines(estimate: Estimate, count: int) -> dict[int, LineEvidence]:
-    """Return the line evidence of the first stations for each wall, by its index."""
-    features, left_out = estimate.features, estimate.likelihood.log_densities_without(estimate.features)
-    return {
-        number: line_evidence(estimate.likelihood, each, count, log_densities)
-        for number, (each, log_densities) in enumerate(zip(features, left_out, strict=True))
-        if each.is_wall
-    }
 
 
 def _with_pasts(estimate: Estimate, going: _Marginalised) -> list[Hypothesis]:
@@ -233,7 +223,10 @@ def _with_pasts(estimate: Estimate, going: _Marginalised) -> list[Hypothesis]:
         if each.is_known or (each.llr_by_station[: going.size] > 0.0).any():
             issued += not each.is_known
             history = each.history if each.is_known else replace(each.history, number=issued)
-            history = _certain(_with_specular_points(history, number, estimate, going), each, probabilities)
+            history = _with_specular_points(history, number, estimate, going)
+            # Class probabilities are those of the window in which the landmark has the greatest log-likelihood ratio.
+            if (certainty := each.llr - each.history.llr) > history.certainty:
+                history = replace(history, probabilities=probabilities, certainty=certainty)
             features.append(replace(each, history=_counted(history, number, estimate, going)))
         else:
             features.append(each)
@@ -246,7 +239,10 @@ def _counted(history: TrackHistory, number: int, estimate: Estimate, going: _Mar
     llr_by_station = each.llr_by_station[:count]
     free = unoccluded_stations(each, estimate.measurements, step=step_of(estimate.measurements))[:count]
     clear = llr_by_station > estimate.settings.map.min_station_llr
-    through = _mostly(going.hidden, going.paths.owners == number, going.stations, count)
+    # Stations from which most pings of the landmark go through another one.
+    own = going.paths.owners == number
+    hidden = np.bincount(going.stations[own & going.hidden], minlength=count)
+    through = 2 * hidden > np.bincount(going.stations[own], minlength=count)
     return replace(
         history,
         llr=history.llr + float(llr_by_station.sum()),
@@ -259,33 +255,20 @@ def _counted(history: TrackHistory, number: int, estimate: Estimate, going: _Mar
     )
 
 
-def _mostly(which: BoolArray, own: BoolArray, stations: IntArray, count: int) -> BoolArray:
-    """Return for which stations most of their ``own`` pings are among ``which``."""
-    most: BoolArray = 2 * np.bincount(stations[own & which], minlength=count) > np.bincount(
-        stations[own], minlength=count
-    )
-    return most
-
-
 def _with_specular_points(history: TrackHistory, number: int, estimate: Estimate, going: _Marginalised) -> TrackHistory:
     """Add specular points, crossings of the line by sound, and line evidence of a wall."""
     wall, paths = estimate.features[number], going.paths
     if not wall.is_wall:
         return history
+    line = history.line.joined(going.lines[number])
+    line = line.chosen(np.argsort(line.feet, kind="stable"))
     return replace(
         history,
         extent=wall.extent,
         feet=_joined(history.feet, paths.feet(number, wall.line)),
         crossings=_joined(history.crossings, paths.crossings(number, wall.line)),
-        line=_thinned(history.line.joined(going.lines[number])),
-    )
-
-
-def _certain(history: TrackHistory, feature: Hypothesis, probabilities: ClassProbabilities) -> TrackHistory:
-    """Keep the class probabilities from the window in which the landmark has the greatest log-likelihood ratio."""
-    certainty = feature.llr - feature.history.llr
-    return (
-        replace(history, probabilities=probabilities, certainty=certainty) if certainty > history.certainty else history
+        # A few stations per cell are kept, so that memory grows with the map and not with the recording.
+        line=line.chosen(_first_of_cells(line.feet, CELL)),
     )
 
 
@@ -298,20 +281,7 @@ def _joined(before: FloatArray, now: FloatArray) -> FloatArray:
     return kept
 
 
-def _thinned(line: LineEvidence) -> LineEvidence:
-    """Keep a few stations per cell of a line, so that memory grows with the map and not with the recording."""
-    ordered = line.chosen(np.argsort(line.feet, kind="stable"))
-    return ordered.chosen(_first_of_cells(ordered.feet, CELL))
-
-
 def _first_of_cells(places: FloatArray, size: float) -> BoolArray:
     cells = np.floor(places / size)
     first: BoolArray = np.arange(len(places)) - np.searchsorted(cells, cells) < _KEPT
     return first
-
-
-def _bare(feature: Hypothesis) -> Hypothesis:
-    """Remove all that refers to pings of the window."""
-    return replace(
-        feature, ping_scores=NO_PING_SCORES, llr_by_station=np.zeros(0), llr=feature.history.llr, is_square=False
-    )

@@ -62,7 +62,11 @@ class PingLikelihood:
         self, hypotheses: Sequence[Hypothesis], log_densities: FloatArray, others: Sequence[Hypothesis]
     ) -> list[Hypothesis]:
         """Return each hypothesis with its log-likelihood ratios and extent, given the same others, as ``rescored``."""
-        frame, rescored = _frame(others), []
+        rescored = []
+        frame = Occluders(
+            reflectors=np.array([each.reflector for each in others]).reshape(-1, 4),
+            extents=np.array([each.extent for each in others]).reshape(-1, 2),
+        )
         for each in hypotheses:
             verdict = rescore(
                 self.measurements, each.reflector, each.ping_scores, log_densities, frame, each.history.extent
@@ -156,11 +160,3 @@ def _joined(verdict: HypothesisScore, history: TrackHistory) -> tuple[float, flo
         return low, high
     # The extent (0, 0) means that no station of the window detected the wall.
     return history.extent if low == high == 0.0 else (min(low, history.extent[0]), max(high, history.extent[1]))
-
-
-def _frame(features: Sequence[Hypothesis]) -> Occluders:
-    """Return landmarks as arrays for the occlusion test."""
-    return Occluders(
-        reflectors=np.array([each.reflector for each in features]).reshape(-1, 4),
-        extents=np.array([each.extent for each in features]).reshape(-1, 2),
-    )

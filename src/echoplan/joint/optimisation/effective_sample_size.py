@@ -34,7 +34,10 @@ def effective_sample_ratio(
     weight = float(np.median(measurements.weights)) if len(measurements.weights) else 1.0
     lags = round(1.0 / weight)
     order = np.lexsort((measurements.bearings, measurements.sensors, measurements.stations))
-    left, whose = residuals[order], _groups(measurements, owners)[order]
+    # Number of the landmark, station and sensor of each ping; -1 without a landmark.
+    stations, sensors = len(measurements.centers), int(measurements.sensors.max(initial=0)) + 1
+    numbers = (owners * stations + measurements.stations) * sensors + measurements.sensors
+    left, whose = residuals[order], np.where(owners >= 0, numbers, -1)[order]
     inliers = (whose >= 0) & (np.abs(left) < _WILD * noise)
     correlations = [_correlation(left, whose, inliers, lag) for lag in range(1, lags)]
     spread = 1.0 + 2.0 * sum(correlations)
@@ -128,14 +131,6 @@ def _members(
     inliers = (owners >= 0) & (np.abs(residuals) < _WILD * noise)
     groups = owners[inliers] * len(measurements.centers) + measurements.stations[inliers]
     return inliers, np.unique(groups, return_inverse=True)[1]
-
-
-def _groups(measurements: Measurements, owners: IntArray) -> IntArray:
-    """Return a group number of landmark, station and sensor for each ping; -1 for pings without a landmark."""
-    stations, sensors = len(measurements.centers), int(measurements.sensors.max(initial=0)) + 1
-    numbers = (owners * stations + measurements.stations) * sensors + measurements.sensors
-    groups: IntArray = np.where(owners >= 0, numbers, -1)
-    return groups
 
 
 def _correlation(residuals: FloatArray, whose: IntArray, inliers: BoolArray, lag: int) -> float:

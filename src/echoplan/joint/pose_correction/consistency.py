@@ -110,7 +110,8 @@ def log_evidence(estimate: Estimate) -> float:
         detected = np.bincount(
             estimate.measurements.stations[llr_by_ping > 0.0], minlength=len(estimate.measured_poses)
         )
-        cost += 1.5 * float(np.log(np.maximum(detected[1:], 1)).sum()) + _strain(estimate, estimate.pose_prior)
+        cost += 1.5 * float(np.log(np.maximum(detected[1:], 1)).sum())
+        cost += 0.5 * float(_pulls(estimate, estimate.pose_prior).sum())
     if estimate.servo is not None:
         strain = estimate.settings.optimiser.servo_strain(*estimate.servo)
         cost += float(np.log(np.count_nonzero(llr_by_ping > 0.0) + 1.0)) + float(strain)
@@ -168,11 +169,6 @@ def _gain_of_common_errors(estimate: Estimate) -> float:
     return gain_of_common_errors(
         estimate.measurements, owners, estimate.solution.residuals, noise=estimate.noise, common=common
     )
-
-
-def _strain(estimate: Estimate, pose_prior: PosePrior) -> float:
-    """Return the negative log prior density of the pose errors, up to a constant [nats]."""
-    return 0.5 * float(_pulls(estimate, pose_prior).sum())
 
 
 def _pulls(estimate: Estimate, pose_prior: PosePrior) -> FloatArray:

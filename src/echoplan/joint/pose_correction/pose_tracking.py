@@ -78,7 +78,9 @@ def register_in_order(estimate: Estimate, priors: PosePrior, expected: Predictio
     )
     scans, settings = local_scans_of(estimate), estimate.settings.localisation
     first = max(1, len(estimate.marginal_prior.poses))
-    known, recognised = _known(estimate, first), list(range(first))
+    # Landmarks that are known before any search, and arcs.
+    part = up_to_station(estimate, first)
+    known, recognised = _landmark_map(part.rescore(part.noise)), list(range(first))
     for station in range(first, len(estimate.measured_poses)):
         guess, sigmas = expected(estimate.poses, station, recognised)
         pose, score = locate(scans[station], known, guess, 1.3 * sigmas, settings)
@@ -149,12 +151,6 @@ def up_to_station(estimate: Estimate, count: int) -> Estimate:
         arcs=[arc for arc in estimate.arcs if arc.station < count],
         likelihoods=LikelihoodCache(),
     )
-
-
-def _known(estimate: Estimate, count: int) -> LandmarkMap:
-    """Return the map from the first ``count`` stations: landmarks that are known before any search, and arcs."""
-    part = up_to_station(estimate, count)
-    return _landmark_map(part.rescore(part.noise))
 
 
 def _landmark_map(known: Estimate) -> LandmarkMap:

@@ -11,7 +11,7 @@ from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.optimisation.pose_factors import PosePrior, dead_reckoned
 from echoplan.joint.pose_correction.pose_tracking import local_scans_of
 from echoplan.joint.search.duplicates import DuplicateSettings, are_duplicates
-from echoplan.joint.search.scan_matching import LandmarkMap, LocalisationSettings, LocalScan, locate
+from echoplan.joint.search.scan_matching import LandmarkMap, LocalScan, locate
 
 __all__ = ["without_wheel_slip"]
 
@@ -34,7 +34,10 @@ def without_wheel_slip(estimate: Estimate, priors: PosePrior) -> FloatArray | No
     if nothing is duplicated, or if no other place fits better.
     """
     first = max(1, len(estimate.marginal_prior.poses))
-    reaches = _reaches(priors, estimate.settings.localisation)
+    settings = estimate.settings.localisation
+    # Greatest distance between duplicates due to the error of each step.
+    pose_sigma: FloatArray = priors.sigmas[:, :2].max(axis=1) + _LEVER * priors.sigmas[:, 2]
+    reaches = settings.search_sigmas * settings.slip_inflation * pose_sigma
     steps = [step for step in range(first, len(estimate.poses)) if _has_twins(estimate.features, step, reaches[step])]
     if not steps:
         return None
@@ -48,7 +51,10 @@ def _taken_back(
 ) -> tuple[float, FloatArray]:
     """Return the gain [nats] and the poses if all stations from a step on move to where they fit best."""
     poses, settings = estimate.poses, estimate.settings.localisation
-    known, scan = _known(estimate.features, step), _together(scans[step:], poses[step:])
+    known = LandmarkMap.of([each for each in estimate.features if _before(each, step) > 0.0])
+    # Walls are extended by the gap allowed between duplicates.
+    known = known._replace(extents=known.extents + np.array([-_APART, _APART]))
+    scan = _together(scans[step:], poses[step:])
     guess, sigmas = dead_reckoned(priors.measured_poses, poses, step), settings.slip_inflation * priors.reaches[step]
     _, here = locate(scan, known, poses[step], _HERE, settings)
     found, there = locate(scan, known, guess, sigmas, settings)
@@ -72,18 +78,6 @@ def _together(scans: Sequence[LocalScan], poses: FloatArray) -> LocalScan:
         np.concatenate([each.depths for each in scans]),
         np.concatenate([each.weights for each in scans]),
     )
-
-
-def _known(features: Sequence[Hypothesis], step: int) -> LandmarkMap:
-    """Return the landmarks detected before a step, walls extended by the gap allowed between duplicates."""
-    known = LandmarkMap.of([each for each in features if _before(each, step) > 0.0])
-    return known._replace(extents=known.extents + np.array([-_APART, _APART]))
-
-
-def _reaches(priors: PosePrior, settings: LocalisationSettings) -> FloatArray:
-    """Return the greatest distance between duplicates due to the error of each step, shape (s,) [m]."""
-    pose_sigma: FloatArray = priors.sigmas[:, :2].max(axis=1) + _LEVER * priors.sigmas[:, 2]
-    return settings.search_sigmas * settings.slip_inflation * pose_sigma
 
 
 def _has_twins(features: Sequence[Hypothesis], step: int, reach: float) -> bool:

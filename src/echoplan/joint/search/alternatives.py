@@ -52,14 +52,10 @@ def _probabilities(
         llrs[each.type.feature_class] = max(llrs[each.type.feature_class], each.llr - cost)
     scores = np.array([llrs[FeatureClass.WALL], llrs[FeatureClass.CORNER], llrs[FeatureClass.CYLINDER]])
     chances = np.exp(scores - scores.max())
-    unmodelled = _unmodelled(feature.supporting(_CLEARLY))
+    # For an unmodelled echo the likeliest class is wrong with the prior probability.
+    unmodelled = 1.5 * _UNMODELLED * _PER_STATION ** max(feature.supporting(_CLEARLY) - _FEW, 0)
     wall, corner, cylinder = ((1.0 - unmodelled) * chances / chances.sum() + unmodelled / 3.0).tolist()
     return ClassProbabilities(wall=wall, corner=corner, cylinder=cylinder)
-
-
-def _unmodelled(stations: int) -> float:
-    """Return the weight of an unmodelled echo, for which the likeliest class is wrong with the prior probability."""
-    return 1.5 * _UNMODELLED * _PER_STATION ** max(stations - _FEW, 0)
 
 
 def alternatives_to(

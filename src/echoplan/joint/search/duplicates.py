@@ -58,13 +58,9 @@ def cross(one: Hypothesis, other: Hypothesis) -> bool:
 
 
 def _may_be_one(one: Hypothesis, other: Hypothesis, settings: DuplicateSettings) -> bool:
-    """Return True if two walls may be duplicates and are not known to be distinct."""
-    return are_duplicates(one, other, settings) and not _are_confirmed(one, other)
-
-
-def _are_confirmed(one: Hypothesis, other: Hypothesis) -> bool:
-    """Return True if marginalised stations clearly support both walls."""
-    return one.history.supporting > 0 and other.history.supporting > 0
+    """Return True if two walls may be duplicates, unless marginalised stations clearly support both."""
+    are_confirmed = one.history.supporting > 0 and other.history.supporting > 0
+    return are_duplicates(one, other, settings) and not are_confirmed
 
 
 def _beside(one: Hypothesis, other: Hypothesis) -> float:

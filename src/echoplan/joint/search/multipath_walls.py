@@ -45,7 +45,8 @@ def without_multipath_walls(
                 record_event(Decision.REMOVED, each, reason=Reason.SINGLE_STATION)
         return [each for each in features if not _is_lone_wall(each, acceptance)]
     kept = _without_latent(likelihood, features, acceptance)
-    return _without_crosstalk(likelihood, kept, acceptance) if _fires_together(measurements) else kept
+    is_at_once = (measurements.crosstalk_sources >= 0) & (measurements.crosstalk_delays == 0.0)
+    return _without_crosstalk(likelihood, kept, acceptance) if is_at_once.any() else kept
 
 
 def _is_lone_wall(feature: Hypothesis, acceptance: AcceptanceTest) -> bool:
@@ -108,11 +109,6 @@ def _usual(features: Sequence[Hypothesis], shares: Sequence[float]) -> float:
     """Return the median detection rate of walls; 0 without walls."""
     detected = [share for each, share in zip(features, shares, strict=True) if each.is_wall and each.best_llr > 0.0]
     return float(np.median(detected)) if detected else 0.0
-
-
-def _fires_together(measurements: Measurements) -> bool:
-    """Return True if sensors fire at the same time."""
-    return bool(((measurements.crosstalk_sources >= 0) & (measurements.crosstalk_delays == 0.0)).any())
 
 
 def _may_be_cast(

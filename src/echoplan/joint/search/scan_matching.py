@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from echoplan.acoustics.predicted_echo import Kind, Shape, SonarTables, shape_of
-from echoplan.arrays import BoolArray, FloatArray, IntArray
+from echoplan.arrays import BoolArray, FloatArray
 from echoplan.compiled import compiled, inlined
 from echoplan.geometry import compose, directions, wrap
 from echoplan.joint.arcs import Arc, arc_planes
@@ -118,11 +118,15 @@ def locate(
     if not len(scan.depths) or not len(landmark_map.reflectors):
         return best, score
     span, steps = settings.search_sigmas * sigmas, np.full(3, settings.steps)
-    turns = math.ceil(span[2] / (2.0 * _heading_resolution(scan, settings)))
+    # The least change of heading that the arcs resolve, by their normals or their positions.
+    lever = math.sqrt(float(np.mean(np.sum(scan.origins_xy**2, axis=1))))
+    resolution = min(settings.normal_sigma, settings.depth_sigma / max(lever, 1e-6))
+    turns = math.ceil(span[2] / (2.0 * resolution))
     steps[2] = max(settings.steps, min(turns, _MOST_TURNS))
     scale, narrowing = np.ones(3), 1.0
     for turn in range(settings.levels + 1):
-        offsets = _grid(span * scale, steps if turn == 0 else np.full(3, 3))
+        axes = [np.linspace(-1.0, 1.0, 2 * each + 1) for each in (steps if turn == 0 else np.full(3, 3)).tolist()]
+        offsets = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3) * (span * scale)
         poses = compose(np.broadcast_to(best, offsets.shape), offsets)
         tolerances = max(settings.depth_sigma * narrowing, 0.008), max(settings.normal_sigma * narrowing, _LEAST_TURN)
         reach = span * scale
@@ -156,18 +160,6 @@ def score_poses(
 def best_score(scan: LocalScan, settings: LocalisationSettings) -> float:
     """Return the log-likelihood of a perfect match of all arcs in the predicted pose [nats]."""
     return float(scan.weights.sum()) * math.log1p(1.0 / settings.outlier_likelihood)
-
-
-def _heading_resolution(scan: LocalScan, settings: LocalisationSettings) -> float:
-    """Return the least change of heading that the arcs resolve, by their normals or their positions [rad]."""
-    lever = math.sqrt(float(np.mean(np.sum(scan.origins_xy**2, axis=1))))
-    return min(settings.normal_sigma, settings.depth_sigma / max(lever, 1e-6))
-
-
-def _grid(span: FloatArray, steps: IntArray) -> FloatArray:
-    """Return a grid of steps along, across and in yaw within ``span``, shape (p, 3)."""
-    axes = [np.linspace(-1.0, 1.0, 2 * each + 1) for each in steps.tolist()]
-    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3) * span
 
 
 def _misfit(poses: FloatArray, guess: FloatArray, sigmas: FloatArray) -> FloatArray:
