@@ -1,5 +1,6 @@
 import json
 import pickle
+import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
@@ -12,6 +13,8 @@ from echoplan.arrays import FloatArray
 from echoplan.evaluation import evaluate
 from echoplan.geometry import aligned
 from echoplan.joint.mapper import JointMapper, JointSettings
+from echoplan.joint.optimisation import factors, optimiser, solution
+from echoplan.joint.optimisation.solver import held, solve
 from echoplan.joint.settings import PoseMode, WindowSettings
 from echoplan.methods import map_sweeps
 from echoplan.model import CornerKind, FeatureMap, Odometry, Rig, Route, Sweep
@@ -464,3 +467,28 @@ def test_the_frame_is_that_of_all_waypoints_and_not_of_the_first_one() -> None:
     assert np.hypot(*shape[:, :2].T).max() < 0.007
     off = np.hypot(*(found.poses - exact.truth.poses)[:, :2].T)
     assert off[0] < 0.5 * np.hypot(*errors[0, :2])
+
+
+@pytest.mark.parametrize("max_waypoints", [0, 60], ids=["odometry", "waypoints"])
+def test_the_solver_is_at_most_six_calls_below_the_mapper(monkeypatch: pytest.MonkeyPatch, max_waypoints: int) -> None:
+    chains = set[tuple[str, ...]]()
+
+    def noted(solver: Callable[..., FloatArray]) -> Callable[..., FloatArray]:
+        def wrapper(*arguments: Any) -> FloatArray:
+            stack = [frame.f_code for frame, _ in traceback.walk_stack(None)]
+            names = [each.co_name for each in stack if "echoplan/joint" in each.co_filename]
+            chains.add((solver.__name__, *names))
+            return solver(*arguments)
+
+        return wrapper
+
+    for module in (factors, optimiser, solution):
+        monkeypatch.setattr(module, "solve", noted(solve))
+    monkeypatch.setattr(optimiser, "held", noted(held))
+    settings = JointSettings(poses=PoseMode.CORRECT, max_waypoints=max_waypoints)
+    mapper = JointMapper(find_rig(ARRAY), settings)
+    for sweep in simulated(ARRAY):
+        mapper.add(sweep)
+    mapper.result()
+    assert {chain[-1] for chain in chains} == {"result"}
+    assert max(len(chain) - 1 for chain in chains) <= 6
