@@ -5,6 +5,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+import shapely
+from shapely import Polygon
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import compose
@@ -22,10 +24,17 @@ DAYS = 3
 _AWAY = np.array([0.3 * math.cos(2.0), 0.3 * math.sin(2.0), math.radians(20.0)])
 # Flats that are tried for a seed.
 _FLATS = 100
+# Stations that must be able to detect one face of the cupboard.
+_STATIONS = 3
+# Distance from the outline of a box within which a wall is a face of it [m].
+_SAME = 0.01
 
 
 def flat_on_days(seed: int) -> tuple[list[Simulation], tuple[FloatArray, FloatArray]]:
     """Simulate a flat on three days, of which the third finds a cupboard moved.
+
+    Routes are drawn until enough stations see both places on the first and on the third day: what nobody looks at
+    cannot be reported.
 
     Returns
     -------
@@ -43,22 +52,39 @@ def flat_on_days(seed: int) -> tuple[list[Simulation], tuple[FloatArray, FloatAr
         flats = (before[0], before[0], after[0])
         worlds = [each.world(f"flat {seed}") for each in flats]
         routes = [find_route(*both, rng) for both in zip(flats, worlds, strict=True)]
-        if None not in routes:
-            break
-    else:
-        raise RuntimeError(f"seed {seed}: no route through any of {_FLATS} flats")
-    simulations = [
-        Simulation(
-            world=world,
-            rig=builtin_rig(ARRAY),
-            route=route,
-            settings=SimulationSettings(dropout=0.02, stray=0.02, odometry=DRIFT),
-            seed=100 * seed + day,
-        )
-        for day, (world, route) in enumerate(zip(worlds, routes, strict=True))
-        if route is not None
-    ]
-    return simulations, (before[1], after[1])
+        simulations = [
+            Simulation(
+                world=world,
+                rig=builtin_rig(ARRAY),
+                route=route,
+                settings=SimulationSettings(dropout=0.02, stray=0.02, odometry=DRIFT),
+                seed=100 * seed + day,
+            )
+            for day, (world, route) in enumerate(zip(worlds, routes, strict=True))
+            if route is not None
+        ]
+        if len(simulations) == DAYS and _show(simulations, before[1], after[1]):
+            return simulations, (before[1], after[1])
+    raise RuntimeError(f"seed {seed}: no route through any of {_FLATS} flats")
+
+
+def _show(simulations: Sequence[Simulation], before: FloatArray, after: FloatArray) -> bool:
+    """Return True if the recordings show both places, with the cupboard and without it."""
+    first, _, third = simulations
+    views = (
+        (third, after),
+        (first, before),
+        (replace(third, world=first.world), before),
+        (replace(first, world=third.world), after),
+    )
+    return all(_stations_in_view(*view) >= _STATIONS for view in views)
+
+
+def _stations_in_view(simulation: Simulation, box: FloatArray) -> int:
+    """Return the number of stations that detect a face of a box, of the face that most detect."""
+    truth, outline = simulation.truth, Polygon(box).exterior
+    faces = shapely.distance(shapely.points(truth.walls_xy.mean(axis=1)), outline) < _SAME
+    return int(truth.walls_detected_by[faces].max(initial=0))
 
 
 def in_frame_of_odometry(sweeps: Sequence[Sweep], *, day: int) -> tuple[Sweep, ...]:

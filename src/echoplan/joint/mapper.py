@@ -5,19 +5,22 @@ circle tangent to them (Leonard and Durrant-Whyte 1992). A physical model of sig
 predicts detections and non-detections, and so decides which of these explains the pings.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from echoplan.acoustics.predicted_echo import EchoModel
+from echoplan.acoustics.predicted_echo import EchoModel, Kind
 from echoplan.arrays import FloatArray
 from echoplan.errors import InvalidValueError
+from echoplan.geometry import directions
 from echoplan.joint.calibration import calibration
 from echoplan.joint.estimate import Estimate
 from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.known_map import resumed
+from echoplan.joint.likelihood.hypothesis_scores import missed
 from echoplan.joint.map_extraction.openings import openings_of, unobserved_of
 from echoplan.joint.marginal_prior import MarginalPrior
 from echoplan.joint.marginalisation import marginalise, survey
@@ -25,7 +28,7 @@ from echoplan.joint.pose_model_selection import estimate_map
 from echoplan.joint.settings import EstimateSettings
 from echoplan.joint.trace import record_window
 from echoplan.joint.trajectory import Trajectory, joined, posed
-from echoplan.model import FeatureMap, Rig, Sweep
+from echoplan.model import FeatureMap, Rig, Sweep, Wall
 from echoplan.preprocessing.measurements import Measurements, join_measurements, measurements_of
 from echoplan.preprocessing.stations import Stations, at_stations, group_sweeps, without_repeats
 
@@ -164,6 +167,29 @@ class JointMapper:
             self._solved = self._solved or _Solution(estimate_map(self._initial_estimate(stations)))
             estimate = self._solved.estimate
             return self._trajectory(estimate, stations), estimate.model
+
+    def missed(self, walls: Sequence[Wall]) -> FloatArray:
+        """Return how clearly the stations of the window do not detect walls, which the map need not have.
+
+        Parameters
+        ----------
+        walls : sequence of Wall
+            Walls, or pieces of walls.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Log probability of the non-detections of each [nats]: at least -12 for each station.
+        """
+        self.trajectory()
+        assert self._solved is not None
+        likelihood = self._solved.estimate.likelihood
+        found = []
+        for wall in walls:
+            low, high = np.sort(wall.endpoints_xy @ directions(wall.normal_angle + np.pi / 2)).tolist()
+            reflector = np.array([Kind.WALL, wall.normal_angle, wall.offset, wall.reflection_loss])
+            found.append(missed(likelihood.measurements, likelihood.score(reflector).ping_scores, (low, high)))
+        return np.array(found)
 
     @property
     def _has_echoes(self) -> bool:

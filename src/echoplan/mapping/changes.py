@@ -1,18 +1,21 @@
 """What has changed in a place between the recordings of an earlier map and another recording.
 
 A wall, or a piece of one, is gone if it is no longer in the map and the robot measured through its place when it
-detected another wall: what no station looked at again is not gone.  It is new if the robot had measured through its
-place before; where it had not, the wall is merely mapped for the first time.
+detected another wall, or stations that look at it do not detect it: what no station looked at again is not gone.  It is
+new if the robot had measured through its place before; where it had not, the wall is merely mapped for the first time.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
+from shapely.ops import substring
 
 from echoplan.arrays import FloatArray, IntArray
+from echoplan.joint.likelihood.hypothesis_scores import STRONGEST_MISS
 from echoplan.model import Changes, Cylinder, FeatureMap, Wall
 
 __all__ = ["contradicts", "find_changes", "later_views"]
@@ -27,6 +30,9 @@ _SAME = 0.05
 _SHORTEST = 0.2
 # Half the distance up to which two pieces are joined [m]: corners of walls may be off by that.
 _JOINED = 0.1
+# Log probability of non-detections below which a piece is gone [nats]: more than the two stations that remove a
+# landmark, each of which counts for at most 12.
+_MISSED = -2.0 * STRONGEST_MISS
 # What a view must extend beyond a piece on both sides, so that the robot surely measured through it [m].
 _BEYOND = 0.1
 
@@ -74,10 +80,9 @@ def find_changes(
     before: FeatureMap,
     after: FeatureMap,
     *,
-    recording: str,
-    first_sweep: int,
     earlier: FloatArray,
     later: FloatArray,
+    missed: Callable[[Sequence[Wall]], FloatArray],
 ) -> Changes:
     """Compare the maps before and after a recording.
 
@@ -85,13 +90,11 @@ def find_changes(
     ----------
     before, after : FeatureMap
         Both maps, in one frame.
-    recording : str
-        Name of the recording.
-    first_sweep : int
-        Number of its first sweep.
     earlier, later : ndarray, shape (v, 2, 2)
         Lines of sight of earlier recordings and of this one, along which they detected walls, from the station to the
         wall [m].
+    missed : callable
+        Returns the log probability that the stations of this recording do not detect walls, shape (n,) [nats].
 
     Returns
     -------
@@ -100,15 +103,13 @@ def find_changes(
     """
     views = _trimmed(earlier)
     lost, pieces, cylinders = _pieces(before, after), _pieces(after, before), _only(after, before)
-    is_gone = _crossings(lost, _trimmed(later)) > 0
+    is_gone = (_crossings(_lines(lost), _trimmed(later)) > 0) | (missed(lost) < _MISSED)
     # A single view may be an error, so something is new only if two led through its place.
-    is_new, is_new_cylinder = _crossings(_bodies(pieces), views) > 1, _crossings(_discs(cylinders), views) > 1
+    is_new, is_new_cylinder = _crossings(_bodies(_lines(pieces)), views) > 1, _crossings(_discs(cylinders), views) > 1
     return Changes(
-        recording=recording,
-        first_sweep=first_sweep,
-        gone_walls=tuple(shapely.get_coordinates(lost[is_gone]).reshape(-1, 2, 2)),
+        gone_walls=tuple(lost[number].endpoints_xy for number in np.flatnonzero(is_gone)),
         gone_cylinders=tuple(_only(before, after)),
-        new_walls=tuple(shapely.get_coordinates(pieces[is_new]).reshape(-1, 2, 2)),
+        new_walls=tuple(pieces[number].endpoints_xy for number in np.flatnonzero(is_new)),
         new_cylinders=tuple(cylinders[number] for number in np.flatnonzero(is_new_cylinder)),
     )
 
@@ -122,12 +123,19 @@ def _trimmed(views: FloatArray) -> shapely.STRtree:
     return shapely.STRtree(shapely.linestrings(lines))
 
 
-def _pieces(there: FeatureMap, other: FeatureMap) -> _Shapes:
-    """Return the pieces of walls that only one map has."""
+def _pieces(there: FeatureMap, other: FeatureMap) -> list[Wall]:
+    """Return the pieces of walls that were detected in one map and are not in the other, not even inferred."""
     known = shapely.union_all(shapely.buffer(_lines(other.walls), _SAME))
-    pieces = shapely.get_parts(shapely.difference(_lines(there.walls), known))
-    long: _Shapes = pieces[shapely.length(pieces) >= _SHORTEST]
-    return long
+    detected = [
+        substring(line, wall.inferred[0], line.length - wall.inferred[1])
+        for wall, line in zip(there.walls, _lines(there.walls), strict=True)
+    ]
+    pieces, owners = shapely.get_parts(shapely.difference(np.array(detected, dtype=object), known), return_index=True)
+    return [
+        replace(there.walls[owner], endpoints_xy=shapely.get_coordinates(piece))
+        for piece, owner in zip(pieces, owners, strict=True)
+        if piece.length >= _SHORTEST
+    ]
 
 
 def _bodies(pieces: _Shapes) -> _Shapes:

@@ -32,7 +32,7 @@ OneOrSeveral: TypeAlias = AnySource | Sequence[AnySource]
 
 # Numbers of stations by which a recording is located, in this order: more of them decide between rooms that look alike,
 # but perhaps only its beginning lies in the map.
-_STATIONS = (6, 12, 24, 4, 3)
+_STATIONS = (24, 12, 6, 4, 3)
 # Time between two recordings if the clock of the later one does not go on [ns].
 _PAUSE_NS = 1_000_000_000
 
@@ -162,9 +162,8 @@ def map_recordings(
         later = later_views(earlier, mapper.views_xy)
         if contradicts(before, later):
             raise InputError(name, "it is of another place than what came before", remedy="map it alone")
-        changes.append(
-            find_changes(before, found, recording=name, first_sweep=moved[0].index, earlier=earlier, later=later)
-        )
+        changed = find_changes(before, found, earlier=earlier, later=later, missed=mapper.missed)
+        changes.append(replace(changed, recording=name, first_sweep=moved[0].index))
     assert found is not None
     return replace(found, changes=tuple(changes)), mapped
 

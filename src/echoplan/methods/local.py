@@ -1,5 +1,6 @@
 """What all mappers have in common: each sweep is checked, and mapped in a frame whose origin is near the robot."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from echoplan.joint.known_map import views_of
 from echoplan.joint.mapper import JointMapper
 from echoplan.joint.marginal_prior import MarginalPrior
 from echoplan.methods.mapper import Mapper, grid_of, needs_places, observations_of, points_of
-from echoplan.model import FeatureMap, OccupancyGrid, Rig, Sweep, translated
+from echoplan.model import FeatureMap, OccupancyGrid, Rig, Sweep, Wall, translated, translated_wall
 
 __all__ = ["LocalMapper", "check_order"]
 
@@ -75,9 +76,7 @@ class LocalMapper:
         InvalidValueError
             If the mapper maps one recording only.
         """
-        if not isinstance(self.mapper, JointMapper):
-            raise InvalidValueError("the method maps one recording only")
-        self.mapper.begin_recording(pose - np.append(self.origin_xy, 0.0))
+        self._several.begin_recording(pose - np.append(self.origin_xy, 0.0))
 
     def prior(self) -> MarginalPrior | None:
         """Return what is known after all sweeps so far, in the local frame, with which another mapper can go on.
@@ -95,6 +94,26 @@ class LocalMapper:
         prior = self.prior()
         return np.zeros((0, 2, 2)) if prior is None else views_of(prior) + self.origin_xy
 
+    def missed(self, walls: Sequence[Wall]) -> FloatArray:
+        """Return how clearly the newest stations do not detect walls, which the map need not have.
+
+        Parameters
+        ----------
+        walls : sequence of Wall
+            Walls, or pieces of walls.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Log probability of the non-detections of each [nats]: at least -12 for each station.
+
+        Raises
+        ------
+        InvalidValueError
+            If the mapper maps one recording only.
+        """
+        return self._several.missed([translated_wall(each, -self.origin_xy) for each in walls])
+
     def result(self) -> FeatureMap:
         """Make the map of all sweeps so far.
 
@@ -104,6 +123,13 @@ class LocalMapper:
             In the frame of the sweeps.
         """
         return translated(self.mapper.result(), self.origin_xy)
+
+    @property
+    def _several(self) -> JointMapper:
+        """The mapper, if it maps several recordings."""
+        if not isinstance(self.mapper, JointMapper):
+            raise InvalidValueError("the method maps one recording only")
+        return self.mapper
 
     @property
     def needs_places(self) -> bool:

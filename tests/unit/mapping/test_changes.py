@@ -1,5 +1,7 @@
 """What counts as gone and as new between two maps."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -29,8 +31,15 @@ def room(*walls: ArrayLike, cylinders: tuple[Cylinder, ...] = ()) -> FeatureMap:
     return FeatureMap(method="joint", walls=tuple(map(wall, walls)), cylinders=cylinders)
 
 
-def changes(before: FeatureMap, after: FeatureMap, *, earlier: FloatArray = VIEW, later: FloatArray = LATER) -> Changes:
-    return find_changes(before, after, first_sweep=0, recording="tuesday", earlier=earlier, later=later)
+def changes(
+    before: FeatureMap,
+    after: FeatureMap,
+    *,
+    earlier: FloatArray = VIEW,
+    later: FloatArray = LATER,
+    missed: float = 0.0,
+) -> Changes:
+    return find_changes(before, after, earlier=earlier, later=later, missed=lambda walls: np.full(len(walls), missed))
 
 
 def test_nothing_changes_between_equal_maps() -> None:
@@ -57,6 +66,12 @@ def test_a_wall_through_which_no_view_leads_is_not_gone() -> None:
     assert not changes(room(EAST, BOX), room(EAST), later=np.zeros((0, 2, 2)))
 
 
+def test_a_wall_that_more_than_two_stations_miss_is_gone() -> None:
+    unseen = np.zeros((0, 2, 2))
+    assert np.array_equal(changes(room(EAST, BOX), room(EAST), later=unseen, missed=-25.0).gone_walls, [BOX])
+    assert not changes(room(EAST, BOX), room(EAST), later=unseen, missed=-24.0)
+
+
 def test_a_wall_where_nobody_looked_before_is_not_new() -> None:
     assert not changes(room(EAST), room(EAST, BOX), earlier=np.zeros((0, 2, 2)))
 
@@ -66,6 +81,18 @@ def test_the_end_of_a_wall_is_gone_only_if_the_robot_measured_through_it() -> No
     most = [[2.0, -2.0], [2.0, 1.0]]
     assert not changes(room(EAST, long), room(EAST, most), later=np.zeros((0, 2, 2)))
     assert changes(room(EAST, long), room(EAST, short)).gone_walls
+
+
+def test_what_was_only_inferred_is_neither_gone_nor_new() -> None:
+    # The piece that differs is the one that the views cross.
+    short = wall([[2.0, -2.0], [2.0, -0.5]])
+    long = wall([[2.0, -2.0], [2.0, 0.5]])
+    guessed = replace(long, inferred=np.array([0.0, 1.0]))
+    maps = [replace(room(EAST), walls=(wall(EAST), each)) for each in (short, long, guessed)]
+    assert changes(maps[1], maps[0]).gone_walls
+    assert changes(maps[0], maps[1]).new_walls
+    assert not changes(maps[2], maps[0])
+    assert not changes(maps[0], maps[2])
 
 
 def test_later_views_begin_at_no_earlier_station() -> None:
