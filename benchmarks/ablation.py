@@ -96,7 +96,7 @@ RULES: Mapping[str, Mapping[str, Any]] = {
         f"{_POSES}.annealing.estimate_right_angles": _constant(None),
         f"{_MARGINAL}.estimate_right_angles": _constant(None),
     },
-    "shared error of readings": {f"{_MODELS}.estimate_shared_bias": _unchanged()},
+    "estimated shared error of readings": {f"{_MODELS}.estimate_shared_bias": _unchanged()},
     "duplicates that are two": {f"{_POSES}.consistency._are_two": _constant(value=False)},
     # The map.
     "copies of segments": {f"{_MAP}.segments._without_copies": _unchanged()},

@@ -23,7 +23,7 @@ DAYS = 3
 # Pose of the frame of the map in that of the odometry on the second day [m, m, rad]; on the third day twice that.
 _AWAY = np.array([0.3 * math.cos(2.0), 0.3 * math.sin(2.0), math.radians(20.0)])
 # Flats that are tried for a seed.
-_FLATS = 100
+_FLATS = 1000
 # Stations that must be able to detect one face of the cupboard.
 _STATIONS = 3
 # Distance from the outline of a box within which a wall is a face of it [m].

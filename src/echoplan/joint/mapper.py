@@ -169,7 +169,9 @@ class JointMapper:
             return self._trajectory(estimate, stations), estimate.model
 
     def missed(self, walls: Sequence[Wall]) -> FloatArray:
-        """Return how clearly the stations of the window do not detect walls, which the map need not have.
+        """Return the log probability that the newest stations do not detect walls, which need not be in the map.
+
+        Call it after a sweep with pings.
 
         Parameters
         ----------
@@ -179,7 +181,7 @@ class JointMapper:
         Returns
         -------
         ndarray, shape (n,)
-            Log probability of the non-detections of each [nats]: at least -12 for each station.
+            In nats; each station of the window counts for -12 at most.
         """
         self.trajectory()
         assert self._solved is not None

@@ -45,7 +45,7 @@ __all__ = ["estimate_map"]
 _BEYOND_DOUBT = 8.0 * VERY_STRONG
 
 # Iterations of the optimisation without shared errors of stations.
-_AS_IF = 6
+_UNBIASED_ROUNDS = 6
 
 # Least number of stations that allow a pose to be checked against the others.
 _FEWEST = 3
@@ -80,9 +80,10 @@ def _starts(estimate: Estimate) -> list[Estimate]:
 
 
 def _drifting(start: Estimate, initial: Estimate) -> Estimate | None:
-    """Return the estimate from which poses are tracked before other pose models are tried, or None.
+    """Return the estimate whose poses are tracked first, or None.
 
-    They are if they come from odometry, or if many walls are duplicated in the map ``initial`` from the recorded poses.
+    Poses are tracked first if they come from odometry, or if many walls are duplicated in ``initial``, the map from the
+    recorded poses.
     """
     if start.marginal_prior.pose_model is PoseModel.ODOMETRY:
         return replace(start, pose_status=start.marginal_prior.pose_status)
@@ -296,7 +297,7 @@ def _absolute(estimate: Estimate, status: PoseStatus) -> Estimate:
     """
     priors = waypoint_prior(estimate.measured_poses, estimate.settings.pose_errors)
     estimate = replace(estimate, pose_status=status, pose_model=PoseModel.ABSOLUTE, bias_sigma=estimate.offset_sigma)
-    estimate = estimate.alternate(estimate.noise, priors, _AS_IF).estimate_noise()
+    estimate = estimate.alternate(estimate.noise, priors, _UNBIASED_ROUNDS).estimate_noise()
     estimate = replace(estimate, log_evidence_without_bias=log_evidence(estimate))
     priors = with_estimated_waypoint_noise(estimate)
     estimate = estimate_shared_bias(estimate, priors)

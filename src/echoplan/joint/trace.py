@@ -61,6 +61,7 @@ class Event:
     # Sums of the positive and of the negative log-likelihood ratios of the stations [nats].
     detections: float
     missed_detections: float
+    # Number of supporting stations.
     stations: int
     # Index of the station with the most negative log-likelihood ratio.
     worst_station: int | None

@@ -1,8 +1,9 @@
 """What has changed in a place between the recordings of an earlier map and another recording.
 
 A wall, or a piece of one, is gone if it is no longer in the map and the robot measured through its place when it
-detected another wall, or stations that look at it do not detect it: what no station looked at again is not gone.  It is
-new if the robot had measured through its place before; where it had not, the wall is merely mapped for the first time.
+detected another wall, or if stations that face it clearly do not detect it: what no station looked at again is not
+gone.  It is new if the robot had measured through its place before; where it had not, the wall is merely mapped for the
+first time.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -30,9 +31,9 @@ _SAME = 0.05
 _SHORTEST = 0.2
 # Half the distance up to which two pieces are joined [m]: corners of walls may be off by that.
 _JOINED = 0.1
-# Log probability of non-detections below which a piece is gone [nats]: more than the two stations that remove a
-# landmark, each of which counts for at most 12.
-_MISSED = -2.0 * STRONGEST_MISS
+# Log probability of non-detections up to which a piece is gone [nats]: that of three stations that miss it entirely.
+# Two remove a landmark, but both may have stood behind something that is not in the map.
+_MISSED = -3.0 * STRONGEST_MISS
 # What a view must extend beyond a piece on both sides, so that the robot surely measured through it [m].
 _BEYOND = 0.1
 
@@ -94,7 +95,7 @@ def find_changes(
         Lines of sight of earlier recordings and of this one, along which they detected walls, from the station to the
         wall [m].
     missed : callable
-        Returns the log probability that the stations of this recording do not detect walls, shape (n,) [nats].
+        Returns the log probability that the newest stations do not detect walls, shape (n,) [nats].
 
     Returns
     -------
@@ -103,7 +104,7 @@ def find_changes(
     """
     views = _trimmed(earlier)
     lost, pieces, cylinders = _pieces(before, after), _pieces(after, before), _only(after, before)
-    is_gone = (_crossings(_lines(lost), _trimmed(later)) > 0) | (missed(lost) < _MISSED)
+    is_gone = (_crossings(_lines(lost), _trimmed(later)) > 0) | (missed(lost) <= _MISSED)
     # A single view may be an error, so something is new only if two led through its place.
     is_new, is_new_cylinder = _crossings(_bodies(_lines(pieces)), views) > 1, _crossings(_discs(cylinders), views) > 1
     return Changes(
@@ -126,10 +127,10 @@ def _trimmed(views: FloatArray) -> shapely.STRtree:
 def _pieces(there: FeatureMap, other: FeatureMap) -> list[Wall]:
     """Return the pieces of walls that were detected in one map and are not in the other, not even inferred."""
     known = shapely.union_all(shapely.buffer(_lines(other.walls), _SAME))
-    detected = [
-        substring(line, wall.inferred[0], line.length - wall.inferred[1])
-        for wall, line in zip(there.walls, _lines(there.walls), strict=True)
-    ]
+    detected = []
+    for wall, line in zip(there.walls, _lines(there.walls), strict=True):
+        first = min(wall.inferred[0], line.length)
+        detected.append(substring(line, first, max(first, line.length - wall.inferred[1])))
     pieces, owners = shapely.get_parts(shapely.difference(np.array(detected, dtype=object), known), return_index=True)
     return [
         replace(there.walls[owner], endpoints_xy=shapely.get_coordinates(piece))

@@ -95,7 +95,7 @@ class LocalMapper:
         return np.zeros((0, 2, 2)) if prior is None else views_of(prior) + self.origin_xy
 
     def missed(self, walls: Sequence[Wall]) -> FloatArray:
-        """Return how clearly the newest stations do not detect walls, which the map need not have.
+        """Return the log probability that the newest stations do not detect walls, which need not be in the map.
 
         Parameters
         ----------
@@ -105,7 +105,7 @@ class LocalMapper:
         Returns
         -------
         ndarray, shape (n,)
-            Log probability of the non-detections of each [nats]: at least -12 for each station.
+            In nats; each station of the window counts for -12 at most.
 
         Raises
         ------

@@ -16,8 +16,8 @@ from echoplan.joint.mapper import JointMapper, JointSettings
 from echoplan.joint.optimisation import factors, optimiser, solution
 from echoplan.joint.optimisation.solver import held, solve
 from echoplan.joint.settings import PoseMode, WindowSettings
-from echoplan.methods import map_sweeps
-from echoplan.model import CornerKind, FeatureMap, Odometry, Rig, Route, Sweep
+from echoplan.methods import find_method, map_sweeps
+from echoplan.model import CornerKind, FeatureMap, Odometry, Rig, Route, Sweep, translated_wall
 from echoplan.simulation import OdometryNoise, Simulation, SimulationSettings
 from echoplan.sources import find_rig, find_route, find_world
 from helpers import simulated_worlds
@@ -492,3 +492,17 @@ def test_the_solver_is_at_most_six_calls_below_the_mapper(monkeypatch: pytest.Mo
     mapper.result()
     assert {chain[-1] for chain in chains} == {"result"}
     assert max(len(chain) - 1 for chain in chains) <= 6
+
+
+def test_stations_miss_a_wall_that_is_not_there_and_no_other() -> None:
+    # In a frame that begins far away, as that of a country does.
+    mapper, away = find_method("joint").build(find_rig(ARRAY)), np.array([4096.0, -8192.0])
+    found = map_sweeps(
+        mapper, [replace(each, map_from_base=each.map_from_base + np.append(away, 0.0)) for each in simulated(ARRAY)]
+    )
+    # Half a metre before the wall in the east.
+    east = max(found.walls, key=lambda wall: float(np.cos(wall.normal_angle)))
+    nearer = translated_wall(east, np.array([-0.5, 0.0]))
+    *there, nowhere = mapper.missed([*found.walls, nearer])
+    assert min(there) > -12.0
+    assert nowhere < -36.0

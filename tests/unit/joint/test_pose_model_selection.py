@@ -209,6 +209,29 @@ def test_shared_errors_are_estimated_from_readings_at_full_weight(monkeypatch: p
         assert each.asked[-1] == "estimate_noise"
 
 
+def test_the_first_station_is_registered_again_after_all_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    again = list[Any]()
+    selected(monkeypatch, agree=set(PoseModel), others={"reregister_first_station": recording_step(again)})
+    assert again
+    assert not any(each.settled for each in again)
+
+
+def test_stations_that_were_registered_in_another_order_are_put_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    placed = list[np.ndarray]()
+
+    def aligned(poses: np.ndarray, measured_poses: np.ndarray) -> np.ndarray:
+        placed.append(poses[:, 0])
+        return poses
+
+    others = {
+        "spanning_tree_order": lambda places_xy: [3, 1, 4, 0, 2],
+        "rearranged": lambda estimate, order: replace(estimate, poses=np.outer(order, np.ones(3))),
+        "aligned": aligned,
+    }
+    selected(monkeypatch, agree=set(), others=others)
+    assert [each.tolist() for each in placed] == [[0.0, 1.0, 2.0, 3.0, 4.0]]
+
+
 def test_inconsistent_poses_in_whole_centimetres_are_always_corrected(monkeypatch: pytest.MonkeyPatch) -> None:
     others = {"are_quantised": lambda measured_poses: True}
     assert (

@@ -19,8 +19,8 @@ class Chain(NamedTuple):
 
     # Probability that each cell is wall, shape (n,).
     wall: FloatArray
-    # Probability that a wall begins (0, shape (2, n - 1): its lower end) or stops (1: its upper end) at each border
-    # between two cells.
+    # Probability that a wall begins (row 0, its lower end) or stops (row 1, its upper end) at each border between two
+    # cells, shape (2, n - 1).
     ends: FloatArray
 
 

@@ -140,6 +140,7 @@ class _Line:
     wall: Hypothesis
     # Place of the lower border of the first cell [m].
     start: float
+    # Number of cells.
     count: int
     # Foot of the perpendicular from each station along the line [m], shape (k,).
     feet: FloatArray

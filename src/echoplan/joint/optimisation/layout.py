@@ -48,6 +48,7 @@ class Layout:
 
     # Kind of each landmark, shape (f,).
     kinds: IntArray
+    # Number of free poses.
     poses: int = 0
 
     @cached_property

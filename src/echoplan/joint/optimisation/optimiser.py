@@ -95,7 +95,7 @@ def optimise(
     layout, latency = start.layout, start.layout.sonar + SONAR_UNKNOWNS.index("servo_latency")
     now, headings, units = start, _heading_measurements(measurements, start, priors), np.eye(start.layout.size)
     for _ in range(settings.max_iterations):
-        linear = _linearise_all(measurements, now, priors, settings, headings=headings, known=known)
+        linear = _linearise(measurements, now, priors, settings, headings=headings, known=known)
         changes = _considered(now, priors)
         right = np.column_stack([linear.range_vector + linear.vector, *units[[*changes, latency]]])
         for damping in (0.0, *_DAMPINGS):
@@ -146,11 +146,11 @@ def _rise(measurements: Measurements, now: Values, moved: Values, *, priors: Pri
 
 
 def _considered(now: Values, priors: Priors) -> dict[int, float]:
-    """Return by how much the consider parameters of the sonar change to be at their prior means (Schmidt 1966).
+    """Return by position the changes that put the consider parameters of the sonar at their prior means (Schmidt 1966).
 
-    The walk exponent is always one: estimating it does not improve maps. While poses drift there are two more. Only the
-    arms of the array, a few centimetres long, would determine the range scale, and an error of the beam model of tenths
-    of a millimetre would change it by a percent. A servo latency looks like a robot that turns slightly too far one way
+    The walk exponent always is one: estimating it does not improve maps. While poses drift, the range scale is another:
+    only the arms of the array, a few centimetres long, would determine it, and an error of the beam model of tenths of
+    a millimetre would change it by a percent. A servo latency looks like a robot that turns slightly too far one way
     and back again, sweep by sweep; ``optimise`` holds it at zero if it is determined, but negative or below two sigmas.
     The uncertainty of all three remains in the covariance.
     """
@@ -163,7 +163,7 @@ def _considered(now: Values, priors: Priors) -> dict[int, float]:
 
 def range_factors(measurements: Measurements, now: Values, priors: Priors, settings: OptimiserSettings) -> LinearFactor:
     """Return the range factors, one row per explained reading; ``measurements`` are placed by the poses as recorded."""
-    _, readings = _linearised(_at_present(measurements, now, priors), now, priors, settings)
+    _, readings = _linearise_readings(_at_present(measurements, now, priors), now, priors, settings)
     return _placed(readings, now.layout)
 
 
@@ -227,7 +227,7 @@ def _at_present(measurements: Measurements, now: Values, priors: Priors) -> Meas
     return turned if priors.poses is None else at_poses(turned, priors.poses.measured_poses, now.poses)
 
 
-def _linearise_all(
+def _linearise(
     measurements: Measurements,
     now: Values,
     priors: Priors,
@@ -238,7 +238,7 @@ def _linearise_all(
 ) -> _Linearisation:
     """Associate the readings, and sum up the normal equations of all factors."""
     layout = now.layout
-    association, readings = _linearised(_at_present(measurements, now, priors), now, priors, settings)
+    association, readings = _linearise_readings(_at_present(measurements, now, priors), now, priors, settings)
     range_information, range_vector = normal_equations([_placed(readings, layout)], layout.size)
     rest, vector = normal_equations([heading_factor(headings, now)], layout.size)
     if known is not None:
@@ -253,7 +253,7 @@ def _linearise_all(
     )
 
 
-def _linearised(
+def _linearise_readings(
     measurements: Measurements, now: Values, priors: Priors, settings: OptimiserSettings
 ) -> tuple[Association, _RangeLinearisation]:
     """Associate the readings, and linearise those that landmarks explain."""

@@ -18,7 +18,7 @@ _ROUNDS, _AT_REST = 8, 0.05
 
 
 def estimate_shared_bias(estimate: Estimate, pose_prior: PosePrior) -> Estimate:
-    """Return the estimate with the standard deviation of the shared error by maximum a posteriori, optimised with it.
+    """Estimate the standard deviation of the shared error (maximum a posteriori), and optimise with it.
 
     How straight walls are and how accurate the sonar model is, is unknown beforehand, so the prior is log-normal over a
     factor of ten. The estimate is no less than the error of rounding. ``pose_prior`` is absolute.

@@ -48,7 +48,7 @@ class _Planes(NamedTuple):
 
     # Index of the station, shape (a,).
     stations: IntArray
-    # Axis of the servo, and vector from it to the acoustic centre [m], shape (a,).
+    # Axis of the servo, and vector from it to the acoustic centre, as complex numbers [m], shape (a,).
     hubs: FloatArray
     arms: FloatArray
     # Normal angle of the plane and its distance from the acoustic centre [rad, m], shape (a,).

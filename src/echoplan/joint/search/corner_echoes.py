@@ -27,6 +27,7 @@ class CornerEcho:
 
     # Number of pings that detected a double bounce.
     pings: int = 0
+    # Number of their stations.
     stations: int = 0
     # Log-likelihood ratio of these readings as double bounces [nats].
     detections: float = 0.0
