@@ -5,9 +5,10 @@ circle tangent to them (Leonard and Durrant-Whyte 1992). A physical model of sig
 predicts detections and non-detections, and so decides which of these explains the pings.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
+from typing import TypeAlias
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -21,6 +22,7 @@ from echoplan.joint.estimate import Estimate
 from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.known_map import resumed
 from echoplan.joint.likelihood.hypothesis_scores import missed
+from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
 from echoplan.joint.map_extraction.openings import openings_of, unobserved_of
 from echoplan.joint.marginal_prior import MarginalPrior
 from echoplan.joint.marginalisation import marginalise, survey
@@ -32,7 +34,10 @@ from echoplan.model import FeatureMap, Rig, Sweep, Wall
 from echoplan.preprocessing.measurements import Measurements, join_measurements, measurements_of
 from echoplan.preprocessing.stations import Stations, at_stations, group_sweeps, without_repeats
 
-__all__ = ["JointMapper", "JointSettings"]
+__all__ = ["JointMapper", "JointSettings", "Misses"]
+
+# Returns, for walls, the log probability that some stations do not detect each of them [nats].
+Misses: TypeAlias = Callable[[Sequence[Wall]], FloatArray]
 
 
 class JointSettings(EstimateSettings):
@@ -168,30 +173,20 @@ class JointMapper:
             estimate = self._solved.estimate
             return self._trajectory(estimate, stations), estimate.model
 
-    def missed(self, walls: Sequence[Wall]) -> FloatArray:
-        """Return the log probability that the newest stations do not detect walls, which need not be in the map.
-
-        Call it after a sweep with pings.
-
-        Parameters
-        ----------
-        walls : sequence of Wall
-            Walls, or pieces of walls.
+    def misses(self) -> Misses:
+        """Return what the newest stations so far do not detect, also after further sweeps.
 
         Returns
         -------
-        ndarray, shape (n,)
-            In nats; each station of the window counts for -12 at most.
+        callable
+            Returns, for a sequence of n walls, or pieces of walls, the log probability that these stations do not
+            detect each of them, shape (n,) [nats]; each station of the window counts for -12 at most.
         """
+        if not self._sweeps:
+            return _detects_all
         self.trajectory()
         assert self._solved is not None
-        likelihood = self._solved.estimate.likelihood
-        found = []
-        for wall in walls:
-            low, high = np.sort(wall.endpoints_xy @ directions(wall.normal_angle + np.pi / 2)).tolist()
-            reflector = np.array([Kind.WALL, wall.normal_angle, wall.offset, wall.reflection_loss])
-            found.append(missed(likelihood.measurements, likelihood.score(reflector).ping_scores, (low, high)))
-        return np.array(found)
+        return partial(_missed, self._solved.estimate.likelihood)
 
     @property
     def _has_echoes(self) -> bool:
@@ -257,3 +252,18 @@ class _Solution:
 def _one_thread() -> threadpool_limits:
     """Limit BLAS to one thread: on matrices this small, threads cost more than they save."""
     return threadpool_limits(limits=1, user_api="blas")
+
+
+def _detects_all(walls: Sequence[Wall]) -> FloatArray:
+    """Return that no station misses any wall, as there is none."""
+    return np.zeros(len(walls))
+
+
+def _missed(likelihood: PingLikelihood, walls: Sequence[Wall]) -> FloatArray:
+    """Return the log probability that the stations of a likelihood do not detect walls, shape (n,) [nats]."""
+    found = np.zeros(len(walls))
+    for number, wall in enumerate(walls):
+        low, high = np.sort(wall.endpoints_xy @ directions(wall.normal_angle + np.pi / 2)).tolist()
+        reflector = np.array([Kind.WALL, wall.normal_angle, wall.offset, wall.reflection_loss])
+        found[number] = missed(likelihood.measurements, likelihood.score(reflector).ping_scores, (low, high))
+    return found

@@ -2,13 +2,13 @@
 
 A wall, or a piece of one, is gone if it is no longer in the map and the robot measured through its place when it
 detected another wall, or if stations that face it clearly do not detect it: what no station looked at again is not
-gone.  It is new if the robot had measured through its place before; where it had not, the wall is merely mapped for the
-first time.
+gone.  It is new if this is so for the time before; else the wall is merely mapped for the first time.  For cylinders,
+only lines of sight count.
 """
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import shapely
@@ -19,7 +19,7 @@ from echoplan.arrays import FloatArray, IntArray
 from echoplan.joint.likelihood.hypothesis_scores import STRONGEST_MISS
 from echoplan.model import Changes, Cylinder, FeatureMap, Wall
 
-__all__ = ["contradicts", "find_changes", "later_views"]
+__all__ = ["Looks", "contradicts", "find_changes", "later_views"]
 
 # Shapes of shapely.
 _Shapes: TypeAlias = NDArray[Any]
@@ -27,15 +27,30 @@ _Shapes: TypeAlias = NDArray[Any]
 # Distance up to which two walls or cylinders are the same one [m]: maps are right to a few millimetres, so what moved
 # farther than that is noticed.
 _SAME = 0.05
-# Shortest piece of a wall that counts as changed [m]: the ends of walls are less certain than their lines.
+# Least length of joined pieces that count as changed [m]: the ends of walls are less certain than their lines.
 _SHORTEST = 0.2
 # Half the distance up to which two pieces are joined [m]: corners of walls may be off by that.
 _JOINED = 0.1
-# Log probability of non-detections up to which a piece is gone [nats]: that of three stations that miss it entirely.
+# Log probability of non-detections up to which there was no wall [nats]: that of three stations that miss it entirely.
 # Two remove a landmark, but both may have stood behind something that is not in the map.
 _MISSED = -3.0 * STRONGEST_MISS
 # What a view must extend beyond a piece on both sides, so that the robot surely measured through it [m].
 _BEYOND = 0.1
+
+
+class Looks(NamedTuple):
+    """What stations looked at.
+
+    Attributes
+    ----------
+    views_xy : ndarray, shape (v, 2, 2)
+        Lines of sight along which they detected walls, from the station to the wall [m].
+    misses : callable
+        Returns the log probability that they do not detect n walls, shape (n,) [nats].
+    """
+
+    views_xy: FloatArray
+    misses: Callable[[Sequence[Wall]], FloatArray]
 
 
 def later_views(views_before: FloatArray, views_after: FloatArray) -> FloatArray:
@@ -77,39 +92,32 @@ def contradicts(before: FeatureMap, later: FloatArray) -> bool:
     return len(through) > len(found)
 
 
-def find_changes(
-    before: FeatureMap,
-    after: FeatureMap,
-    *,
-    earlier: FloatArray,
-    later: FloatArray,
-    missed: Callable[[Sequence[Wall]], FloatArray],
-) -> Changes:
+def find_changes(before: FeatureMap, after: FeatureMap, *, earlier: Looks, later: Looks) -> Changes:
     """Compare the maps before and after a recording.
 
     Parameters
     ----------
     before, after : FeatureMap
         Both maps, in one frame.
-    earlier, later : ndarray, shape (v, 2, 2)
-        Lines of sight of earlier recordings and of this one, along which they detected walls, from the station to the
-        wall [m].
-    missed : callable
-        Returns the log probability that the newest stations do not detect walls, shape (n,) [nats].
+    earlier, later : Looks
+        What the earlier recordings looked at, and this one.
 
     Returns
     -------
     Changes
         What is gone, and what is new.
     """
-    views = _trimmed(earlier)
-    lost, pieces, cylinders = _pieces(before, after), _pieces(after, before), _only(after, before)
-    is_gone = (_crossings(_lines(lost), _trimmed(later)) > 0) | (missed(lost) <= _MISSED)
+    lost, pieces = _pieces(before, after), _pieces(after, before)
+    lost_cylinders, cylinders = _only(before, after), _only(after, before)
+    views_before, views_after = _trimmed(earlier.views_xy), _trimmed(later.views_xy)
+    is_gone = (_crossings(_lines(lost), views_after) > 0) | (later.misses(lost) <= _MISSED)
     # A single view may be an error, so something is new only if two led through its place.
-    is_new, is_new_cylinder = _crossings(_bodies(_lines(pieces)), views) > 1, _crossings(_discs(cylinders), views) > 1
+    is_new = (_crossings(_bodies(_lines(pieces)), views_before) > 1) | (earlier.misses(pieces) <= _MISSED)
+    is_lost_cylinder = _crossings(_discs(lost_cylinders), views_after) > 0
+    is_new_cylinder = _crossings(_discs(cylinders), views_before) > 1
     return Changes(
         gone_walls=tuple(lost[number].endpoints_xy for number in np.flatnonzero(is_gone)),
-        gone_cylinders=tuple(_only(before, after)),
+        gone_cylinders=tuple(lost_cylinders[number] for number in np.flatnonzero(is_lost_cylinder)),
         new_walls=tuple(pieces[number].endpoints_xy for number in np.flatnonzero(is_new)),
         new_cylinders=tuple(cylinders[number] for number in np.flatnonzero(is_new_cylinder)),
     )
@@ -132,10 +140,12 @@ def _pieces(there: FeatureMap, other: FeatureMap) -> list[Wall]:
         first = min(wall.inferred[0], line.length)
         detected.append(substring(line, first, max(first, line.length - wall.inferred[1])))
     pieces, owners = shapely.get_parts(shapely.difference(np.array(detected, dtype=object), known), return_index=True)
+    is_long = shapely.length(pieces) >= _SAME
+    pieces, owners = pieces[is_long], owners[is_long]
     return [
         replace(there.walls[owner], endpoints_xy=shapely.get_coordinates(piece))
-        for piece, owner in zip(pieces, owners, strict=True)
-        if piece.length >= _SHORTEST
+        for piece, owner, body in zip(pieces, owners, _bodies(pieces), strict=True)
+        if body.length >= _SHORTEST
     ]
 
 

@@ -16,7 +16,7 @@ from echoplan.geometry import compose, invert
 from echoplan.joint.localisation import localise
 from echoplan.joint.mapper import JointSettings
 from echoplan.joint.settings import PoseMode
-from echoplan.mapping.changes import contradicts, find_changes, later_views
+from echoplan.mapping.changes import Looks, contradicts, find_changes, later_views
 from echoplan.mapping.progress import Progress
 from echoplan.mapping.start import StartingMap, read_start, sensors_of
 from echoplan.methods import LocalMapper, map_sweeps
@@ -153,16 +153,16 @@ def map_recordings(
         sweeps = [sweep for sweep in recorded if len(sweep)]
         faults = find_faults(sweeps, mapper.rig)
         start = _start(name, clean_sweeps(sweeps, mapper.rig, faults), known=found, rig=mapper.rig)
-        earlier = mapper.views_xy
+        earlier = Looks(mapper.views_xy, mapper.misses())
         mapper.begin_recording(start)
         moved = _moved(sweeps, away=compose(start, invert(sweeps[0].station)), after=mapped)
         for sweep in follow(clean_sweeps(moved, mapper.rig, faults)):
             mapper.add(sweep)
         before, found, mapped = found, mapper.result(), (*mapped, *moved)
-        later = later_views(earlier, mapper.views_xy)
-        if contradicts(before, later):
+        later = Looks(later_views(earlier.views_xy, mapper.views_xy), mapper.misses())
+        if contradicts(before, later.views_xy):
             raise InputError(name, "it is of another place than what came before", remedy="map it alone")
-        changed = find_changes(before, found, earlier=earlier, later=later, missed=mapper.missed)
+        changed = find_changes(before, found, earlier=earlier, later=later)
         changes.append(replace(changed, recording=name, first_sweep=moved[0].index))
     assert found is not None
     return replace(found, changes=tuple(changes)), mapped

@@ -1,6 +1,5 @@
 """What all mappers have in common: each sweep is checked, and mapped in a frame whose origin is near the robot."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -9,10 +8,10 @@ from echoplan.arrays import FloatArray
 from echoplan.classical.features import Observation
 from echoplan.errors import InvalidValueError
 from echoplan.joint.known_map import views_of
-from echoplan.joint.mapper import JointMapper
+from echoplan.joint.mapper import JointMapper, Misses
 from echoplan.joint.marginal_prior import MarginalPrior
 from echoplan.methods.mapper import Mapper, grid_of, needs_places, observations_of, points_of
-from echoplan.model import FeatureMap, OccupancyGrid, Rig, Sweep, Wall, translated, translated_wall
+from echoplan.model import FeatureMap, OccupancyGrid, Rig, Sweep, translated, translated_wall
 
 __all__ = ["LocalMapper", "check_order"]
 
@@ -94,25 +93,22 @@ class LocalMapper:
         prior = self.prior()
         return np.zeros((0, 2, 2)) if prior is None else views_of(prior) + self.origin_xy
 
-    def missed(self, walls: Sequence[Wall]) -> FloatArray:
-        """Return the log probability that the newest stations do not detect walls, which need not be in the map.
-
-        Parameters
-        ----------
-        walls : sequence of Wall
-            Walls, or pieces of walls.
+    def misses(self) -> Misses:
+        """Return what the newest stations so far do not detect, also after further sweeps.
 
         Returns
         -------
-        ndarray, shape (n,)
-            In nats; each station of the window counts for -12 at most.
+        callable
+            Returns, for a sequence of n walls, or pieces of walls, the log probability that these stations do not
+            detect each of them, shape (n,) [nats].
 
         Raises
         ------
         InvalidValueError
             If the mapper maps one recording only.
         """
-        return self._several.missed([translated_wall(each, -self.origin_xy) for each in walls])
+        misses, away = self._several.misses(), -self.origin_xy
+        return lambda walls: misses([translated_wall(each, away) for each in walls])
 
     def result(self) -> FeatureMap:
         """Make the map of all sweeps so far.

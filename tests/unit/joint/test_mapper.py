@@ -503,6 +503,6 @@ def test_stations_miss_a_wall_that_is_not_there_and_no_other() -> None:
     # Half a metre before the wall in the east.
     east = max(found.walls, key=lambda wall: float(np.cos(wall.normal_angle)))
     nearer = translated_wall(east, np.array([-0.5, 0.0]))
-    *there, nowhere = mapper.missed([*found.walls, nearer])
+    *there, nowhere = mapper.misses()([*found.walls, nearer])
     assert min(there) > -12.0
     assert nowhere < -36.0
