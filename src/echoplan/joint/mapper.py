@@ -8,7 +8,6 @@ predicts detections and non-detections, and so decides which of these explains t
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import TypeAlias
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -34,10 +33,7 @@ from echoplan.model import FeatureMap, Rig, Sweep, Wall
 from echoplan.preprocessing.measurements import Measurements, join_measurements, measurements_of
 from echoplan.preprocessing.stations import Stations, at_stations, group_sweeps, without_repeats
 
-__all__ = ["JointMapper", "JointSettings", "Misses"]
-
-# Returns, for walls, the log probability that some stations do not detect each of them [nats].
-Misses: TypeAlias = Callable[[Sequence[Wall]], FloatArray]
+__all__ = ["JointMapper", "JointSettings"]
 
 
 class JointSettings(EstimateSettings):
@@ -173,7 +169,7 @@ class JointMapper:
             estimate = self._solved.estimate
             return self._trajectory(estimate, stations), estimate.model
 
-    def misses(self) -> Misses:
+    def misses(self) -> Callable[[Sequence[Wall]], FloatArray]:
         """Return what the newest stations so far do not detect, also after further sweeps.
 
         Returns
@@ -183,7 +179,7 @@ class JointMapper:
             detect each of them, shape (n,) [nats]; each station of the window counts for -12 at most.
         """
         if not self._sweeps:
-            return _detects_all
+            return lambda walls: np.zeros(len(walls))
         self.trajectory()
         assert self._solved is not None
         return partial(_missed, self._solved.estimate.likelihood)
@@ -252,11 +248,6 @@ class _Solution:
 def _one_thread() -> threadpool_limits:
     """Limit BLAS to one thread: on matrices this small, threads cost more than they save."""
     return threadpool_limits(limits=1, user_api="blas")
-
-
-def _detects_all(walls: Sequence[Wall]) -> FloatArray:
-    """Return that no station misses any wall, as there is none."""
-    return np.zeros(len(walls))
 
 
 def _missed(likelihood: PingLikelihood, walls: Sequence[Wall]) -> FloatArray:

@@ -1,5 +1,6 @@
 """What all mappers have in common: each sweep is checked, and mapped in a frame whose origin is near the robot."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -8,10 +9,10 @@ from echoplan.arrays import FloatArray
 from echoplan.classical.features import Observation
 from echoplan.errors import InvalidValueError
 from echoplan.joint.known_map import views_of
-from echoplan.joint.mapper import JointMapper, Misses
+from echoplan.joint.mapper import JointMapper
 from echoplan.joint.marginal_prior import MarginalPrior
 from echoplan.methods.mapper import Mapper, grid_of, needs_places, observations_of, points_of
-from echoplan.model import FeatureMap, OccupancyGrid, Rig, Sweep, translated, translated_wall
+from echoplan.model import FeatureMap, OccupancyGrid, Rig, Sweep, Wall, translated, translated_wall
 
 __all__ = ["LocalMapper", "check_order"]
 
@@ -93,7 +94,7 @@ class LocalMapper:
         prior = self.prior()
         return np.zeros((0, 2, 2)) if prior is None else views_of(prior) + self.origin_xy
 
-    def misses(self) -> Misses:
+    def misses(self) -> Callable[[Sequence[Wall]], FloatArray]:
         """Return what the newest stations so far do not detect, also after further sweeps.
 
         Returns
