@@ -10,6 +10,7 @@ import signal
 import sys
 from _thread import interrupt_main
 from collections.abc import Callable
+from threading import Timer
 from types import FrameType
 from typing import TextIO
 
@@ -17,6 +18,8 @@ __all__ = ["main"]
 
 # Status of a refusal, as of argparse and click; a signal ends a program with 128 and its number, as shells have it.
 _REFUSED, _SIGNALLED = 2, 128
+# Time after which a signal that Python dropped comes again [s].
+_AGAIN = 0.01
 # As much of an error as is read: an argument may have a hundred thousand characters.
 _LONGEST_MESSAGE = 1000
 
@@ -54,9 +57,10 @@ def _watch(signals: list[int]) -> Callable[[], None]:
 
     def insist(ignored: "sys.UnraisableHookArgs") -> None:
         """Interrupt again if Python dropped an interrupt, otherwise call the former hook."""
-        # Python drops what is raised in a callback or a destructor; an interrupt must not get lost there.
+        # Python drops what is raised in a callback or a destructor; an interrupt must not get lost there. It drops what
+        # is raised in this hook, too, so the interrupt must come later.
         if signals:
-            interrupt_main()
+            Timer(_AGAIN, interrupt_main, signals[:1]).start()
         else:
             hook(ignored)
 

@@ -148,6 +148,27 @@ def test_a_command_that_is_terminated_leaves_the_folder_as_it_was_and_nothing_be
     assert (tmp_path / "out" / "pings.csv").read_text() == "old"
 
 
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_in_a_destructor_ends_the_program_without_a_word(
+    number: signal.Signals, status: int, tmp_path: Path
+) -> None:
+    program = (
+        "import os, sys\n"
+        "from echoplan.__main__ import main\n"
+        "class Signalling:\n"
+        "    def __del__(self):\n"
+        f"        os.kill(os.getpid(), {number:d})\n"
+        "def stop(event, arguments):\n"
+        "    if event == 'open' and str(arguments[0]).endswith('truth.json'):\n"
+        "        Signalling()\n"
+        "sys.addaudithook(stop)\n"
+        "main()\n"
+    )
+    words = ["simulate", "square", "--out", str(tmp_path / "out")]
+    done = subprocess.run([sys.executable, "-c", program, *words], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (status, "")
+
+
 def test_an_interrupt_while_the_command_line_is_imported_ends_the_program_without_a_word() -> None:
     program = (
         "import os, signal, sys\n"
