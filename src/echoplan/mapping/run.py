@@ -49,7 +49,7 @@ def map_source(
     settings : BaseModel or mapping, optional
         Settings of the method: those of its ``settings_type``, or some of its keys, as in ``{"poses": "trust"}``.
     start : str or Path, optional
-        Folder of a map that joint made of the same place before; the new one goes on from it, in its frame, and tells
+        Folder of a map that joint made of the same place before; the new one goes on from it, in its frame, and says
         what has changed.  The recording must begin where that map has walls.  None by default.
     truth : Truth or str or Path, optional
         Ground truth, or a ``truth.json``; by default that of the simulator, or the ``truth.json`` beside the

@@ -22,7 +22,7 @@ ROBOT = Robot(JAZZY)
 SECOND = 1_000_000_000
 
 
-def heard(bag: Path) -> tuple[Listening, list[list[Row]]]:
+def listened(bag: Path) -> tuple[Listening, list[list[Row]]]:
     """What is listened to, and the rows of each message in the order in which they came."""
     options = BagOptions()
     with open_bag(bag) as opened:
@@ -73,7 +73,7 @@ def spun(*, turns: int, steps: int = 40, period_ns: int = SECOND // 40) -> list[
 def test_sweeps_and_sensors_are_those_of_the_bag(tmp_path: Path, rig: str, chunk: int) -> None:
     bag = write_mcap(tmp_path / "run.mcap", drive(open_source(f"sim:square,rig={rig},seed=1"), ROBOT))
     expected = read_bag(bag)
-    listening, messages = heard(bag)
+    listening, messages = listened(bag)
     advances = streamed(listening, messages, chunk=chunk, first=300)
     assert_same(sweeps_of(advances), expected)
     for own, other in zip(advances[-1].rig.sensors, expected.rig.sensors, strict=True):
@@ -83,7 +83,7 @@ def test_sweeps_and_sensors_are_those_of_the_bag(tmp_path: Path, rig: str, chunk
 
 def test_a_sweep_is_finished_as_soon_as_the_next_one_has_begun_and_late_messages_must_have_come(tmp_path: Path) -> None:
     bag = write_mcap(tmp_path / "run.mcap", spun(turns=6))
-    listening, messages = heard(bag)
+    listening, messages = listened(bag)
     advances = streamed(listening, messages, chunk=3, first=150)
     finished_at = [place for place, each in enumerate(advances) if each.finished]
     assert len(finished_at) == 6
@@ -94,14 +94,14 @@ def test_a_sweep_is_finished_as_soon_as_the_next_one_has_begun_and_late_messages
 
 def test_old_messages_are_forgotten(tmp_path: Path) -> None:
     bag = write_mcap(tmp_path / "run.mcap", spun(turns=20))
-    listening, messages = heard(bag)
+    listening, messages = listened(bag)
     sizes = [sum(map(len, each.window.series.values())) for each in streamed(listening, messages, chunk=30, first=300)]
     assert max(sizes[len(sizes) // 2 :]) <= max(sizes[: len(sizes) // 2]) + 3
 
 
 def test_a_servo_may_stand_still_for_longer_than_messages_are_kept(tmp_path: Path) -> None:
     bag = write_mcap(tmp_path / "run.mcap", spun(turns=4))
-    listening, messages = heard(bag)
+    listening, messages = listened(bag)
     last_shot, begin = messages[-3:], messages[-1][0].stamp_ns
     for shot in range(1, 400):
         later = begin + shot * SECOND // 40
@@ -116,7 +116,7 @@ def test_a_servo_may_stand_still_for_longer_than_messages_are_kept(tmp_path: Pat
 def test_a_sensor_that_falls_silent_leaves_the_numbers_of_the_others(tmp_path: Path) -> None:
     sent = list(drive(recorded_by(ring(3), rounds=40), ROBOT))
     quiet = [each for each in sent if each.topic != "/sonar_0" or each.log_ns < NOON_NS + SECOND]
-    listening, messages = heard(write_mcap(tmp_path / "run.mcap", quiet))
+    listening, messages = listened(write_mcap(tmp_path / "run.mcap", quiet))
     sweeps = sweeps_of(streamed(listening, messages, chunk=20, first=120))
     assert {*sweeps[0].sensor_ids.tolist()} == {0, 1, 2}
     assert {*sweeps[-1].sensor_ids.tolist()} == {1, 2}
@@ -125,13 +125,13 @@ def test_a_sensor_that_falls_silent_leaves_the_numbers_of_the_others(tmp_path: P
 def test_a_sensor_that_is_new_is_refused(tmp_path: Path) -> None:
     sent = list(drive(recorded_by(ring(3), rounds=40), ROBOT))
     late = [each for each in sent if each.topic != "/sonar_0" or each.log_ns > NOON_NS + 2 * SECOND]
-    listening, messages = heard(write_mcap(tmp_path / "run.mcap", late))
+    listening, messages = listened(write_mcap(tmp_path / "run.mcap", late))
     with pytest.raises(InputError, match="sensors were added, or are mounted or turned differently than at the start"):
         streamed(listening, messages, chunk=20, first=60)
 
 
 def test_time_that_goes_back_is_refused(tmp_path: Path) -> None:
-    listening, messages = heard(write_mcap(tmp_path / "run.mcap", spun(turns=4)))
+    listening, messages = listened(write_mcap(tmp_path / "run.mcap", spun(turns=4)))
     with pytest.raises(InputError, match=r"time goes back by 4\.0 s"):
         streamed(listening, [*messages, *messages[:60]], chunk=60, first=240)
 
@@ -145,7 +145,7 @@ def test_poses_may_come_from_transforms_of_a_robot_that_does_not_move_yet(tmp_pa
             continue
         pose = ROBOT.transform("odom", "base_link", (1.0, 2.0, 0.0), stamp_ns=own.log_ns)
         sent.append(Sent("/tf", own.log_ns, pose))
-    listening, messages = heard(write_mcap(tmp_path / "run.mcap", sent))
+    listening, messages = listened(write_mcap(tmp_path / "run.mcap", sent))
     last = streamed(listening, messages, chunk=600)
     assert last[0].world == "odom"
     np.testing.assert_allclose(sweeps_of(last)[0].map_from_base[:, :2], [[1.0, 2.0]] * 40)
@@ -153,5 +153,5 @@ def test_poses_may_come_from_transforms_of_a_robot_that_does_not_move_yet(tmp_pa
 
 def test_the_clock_of_the_robot_is_known(tmp_path: Path) -> None:
     sent = [each._replace(log_ns=each.log_ns - SECOND) for each in spun(turns=2)]
-    listening, messages = heard(write_mcap(tmp_path / "run.mcap", sent))
+    listening, messages = listened(write_mcap(tmp_path / "run.mcap", sent))
     assert streamed(listening, messages, chunk=600)[0].clock_offset_ns == SECOND
