@@ -2,8 +2,8 @@
 
 A wall, or a piece of one, is gone if it is no longer in the map and the robot measured through its place when it
 detected another wall, or if stations that face it clearly do not detect it: what no station looked at again is not
-gone.  It is new if this is so for the time before; else the wall is merely mapped for the first time.  For cylinders,
-only lines of sight count.
+gone.  It is new if the robot had looked at its place before, in one of these ways; else it is merely mapped for the
+first time.  For cylinders, only lines of sight count.
 """
 
 from collections.abc import Callable, Iterable, Sequence
