@@ -127,6 +127,7 @@ class JointMapper:
             return FeatureMap(method="joint", parameters=parameters, sweeps=sweeps, poses=self._given())
         with _one_thread():
             stations = self._stations()
+            # Not by ``_solve``: the way down to the solver is to be short.
             solved = self._solved = self._solved or _Solution(estimate_map(self._initial_estimate(stations)))
             posed = self._trajectory(solved.estimate, stations)
             path_xy = self._path_xy(posed) if self.settings.segments.driven else np.zeros((0, 2))
@@ -156,17 +157,16 @@ class JointMapper:
             return None
         if not self._sweeps:
             return self._marginal_prior
-        trajectory, _ = self.trajectory()
-        assert self._solved is not None
         with _one_thread():
-            return replace(self._solved.prior, path_xy=self._path_xy(trajectory))
+            stations = self._stations()
+            solved = self._solve(stations)
+            return replace(solved.prior, path_xy=self._path_xy(self._trajectory(solved.estimate, stations)))
 
     def trajectory(self) -> tuple[Trajectory, EchoModel]:
         """Return the poses of all sweeps so far, at least one with pings, and the estimated sonar; make no map."""
         with _one_thread():
             stations = self._stations()
-            self._solved = self._solved or _Solution(estimate_map(self._initial_estimate(stations)))
-            estimate = self._solved.estimate
+            estimate = self._solve(stations).estimate
             return self._trajectory(estimate, stations), estimate.model
 
     def misses(self) -> Callable[[Sequence[Wall]], FloatArray]:
@@ -180,13 +180,16 @@ class JointMapper:
         """
         if not self._sweeps:
             return lambda walls: np.zeros(len(walls))
-        self.trajectory()
-        assert self._solved is not None
-        return partial(_missed, self._solved.estimate.likelihood)
+        with _one_thread():
+            return partial(_missed, self._solve(self._stations()).estimate.likelihood)
 
     @property
     def _has_echoes(self) -> bool:
         return not self._marginal_prior.is_empty or any(len(part.readings) for part in self._measurements)
+
+    def _solve(self, stations: Stations) -> "_Solution":
+        self._solved = self._solved or _Solution(estimate_map(self._initial_estimate(stations)))
+        return self._solved
 
     def _initial_estimate(self, stations: Stations) -> Estimate:
         record_window(self._first_station)
@@ -202,8 +205,7 @@ class JointMapper:
 
     def _let_go(self, stations: Stations, count: int) -> None:
         """Marginalise the ``count`` oldest stations and drop their pings."""
-        solved = self._solved or _Solution(estimate_map(self._initial_estimate(stations)))
-        estimate, gone = solved.estimate, int((stations.numbers < count).sum())
+        estimate, gone = self._solve(stations).estimate, int((stations.numbers < count).sum())
         self._marginal_prior = marginalise(estimate, count)
         self._done.append(self._posed(estimate, stations).first(gone))
         del self._sweeps[:gone], self._measurements[:gone]
