@@ -16,7 +16,7 @@ demo: $(STAMPS)/base ## Simulate a furnished flat, map it and compare the map wi
 
 # Rewriting the asserts and compiling the package costs each process 8 s wherever byte code is not kept.
 test: $(STAMPS)/test $(STAMPS)/compiled ## Run every test
-	@PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n auto --dist loadfile
+	@PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n auto --dist loadfile --max-worker-restart 0
 
 fuzz: $(STAMPS)/test $(STAMPS)/compiled ## Try random input for two minutes; SEED=7 SECONDS=120 to choose
 	@$(BIN)/python tests/fuzz/campaign.py $(if $(SEED),--seed $(SEED)) $(if $(SECONDS),--seconds $(SECONDS))

@@ -1,17 +1,16 @@
 """Worker processes on this machine."""
 
-import os
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from multiprocessing import active_children, get_context, parent_process
+from multiprocessing import active_children, get_context
 from queue import SimpleQueue
-from signal import SIG_DFL, SIGINT, signal
-from threading import Thread
 from time import sleep
 from typing import ParamSpec, TypeVar
 
 from threadpoolctl import threadpool_limits
+
+from echoplan.signals import end_with_parent
 
 __all__ = ["LocalProcesses", "prepare_process"]
 
@@ -58,7 +57,7 @@ class LocalProcesses(Executor):
             self._idle.put(process)
 
     def __exit__(self, *error: object) -> None:
-        """Wait for all calls; after an error or an interrupt, end them."""
+        """Wait for all calls; after an error, end them."""
         is_whole = error[0] is None
         self.shutdown(wait=is_whole, cancel_futures=not is_whole)
 
@@ -81,18 +80,8 @@ def _new_process() -> ProcessPoolExecutor:
 
 def prepare_process() -> None:
     """Prepare a worker process: it ends with its parent and at an interrupt, and has one thread."""
-    # A terminal interrupts all processes at once; the first one says what is to say.
-    signal(SIGINT, SIG_DFL)
-    Thread(target=_end_with_parent, daemon=True).start()
+    end_with_parent()
     import echoplan.mapping  # noqa: F401, PLC0415 - loads the libraries whose threads are limited
 
     # One process a core: more threads would only wait for each other.
     threadpool_limits(limits=1)
-
-
-def _end_with_parent() -> None:
-    """End this process when its parent was killed: it would wait for calls for ever."""
-    parent = parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)

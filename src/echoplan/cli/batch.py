@@ -10,6 +10,7 @@ import typer
 from echoplan.cli.configuration import method_and_settings
 from echoplan.cli.terminal import put, report_files, tracked
 from echoplan.errors import MissingExtraError
+from echoplan.signals import raised_signals
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -66,7 +67,7 @@ def run(
         # What was finished before an interruption is in the table even if this run is interrupted, too.
         write_text(out / _CSV, rows_csv([*rows.values()]))
         workers = cluster_executor(scheduler, shared=(folder, out)) if scheduler else LocalProcesses(jobs)
-        with workers as executor:
+        with raised_signals(), workers as executor:
             done = run_jobs(waiting, executor, retries=retries)
             rows |= {row.name: row for row in tracked(done, total=len(waiting), task="mapping")}
     _finish(out, [rows[job.name] for job in planned], before=before)

@@ -7,6 +7,7 @@ import typer
 
 from echoplan.cli.source_options import DeviceArgument, DeviceRigOption
 from echoplan.cli.terminal import put, report_files, show
+from echoplan.signals import raised_signals
 
 if TYPE_CHECKING:
     from echoplan.hardware.calibration import Calibration
@@ -39,7 +40,7 @@ def run(
     picture = f"{out.stem}-calibration.png"
     check_folder(out.parent, [out.name, picture])
     conventions = device_conventions(rig)
-    with SweepProgress() as progress, Device(source or find_device(), watch=progress.watch) as device:
+    with raised_signals(), SweepProgress() as progress, Device(source or find_device(), watch=progress.watch) as device:
         start = find_rig(rig_name(rig, device))
         if start.servo is None or "servo" not in device.capabilities:
             remedy = "fixed sensors need no calibration of this kind; measure their places for rig.toml"

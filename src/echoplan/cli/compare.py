@@ -9,6 +9,7 @@ import typer
 from echoplan.cli.evaluate import MinHeard, MinStations, replaces_min_heard
 from echoplan.cli.source_options import FieldOption, MountOption, OdomOption, TopicOption, bag_options, put_notes
 from echoplan.cli.terminal import Progressing, put, report_files, show, tracked
+from echoplan.signals import raised_signals
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -55,7 +56,8 @@ def run(
     subjects = [_subject(source, truth, bag, min_stations=min_stations) for source in distinct]
     trials = [Trial(subject=subject, method=name) for subject in subjects for name in names]
     done = tracked(run_trials(trials, workers=jobs), total=len(trials), task="comparing")
-    outcomes = sorted(done, key=lambda outcome: distinct.index(outcome.trial.subject.name))
+    with raised_signals():
+        outcomes = sorted(done, key=lambda outcome: distinct.index(outcome.trial.subject.name))
     scores = score_methods(outcomes, names)
     for table in comparison_tables(scores):
         show(table)

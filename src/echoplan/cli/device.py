@@ -1,7 +1,7 @@
 """``echoplan device``: a simulated device that speaks the device protocol."""
 
 import sys
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Annotated
@@ -10,6 +10,7 @@ import typer
 
 from echoplan.cli.configuration import settings_of
 from echoplan.cli.terminal import put
+from echoplan.signals import noted_signals
 
 if TYPE_CHECKING:
     from echoplan.hardware.faulty import VirtualDevice
@@ -46,8 +47,8 @@ def run(
 
     if pty and tcp is not None:
         raise InputError("--pty --tcp", "a device has one port", remedy="leave out one of them")
-    with ExitStack() as stack, suppress(KeyboardInterrupt):
-        device = _device(world, rig=rig, route=route or world, faults=faults, config=config, seed=seed)
+    device = _device(world, rig=rig, route=route or world, faults=faults, config=config, seed=seed)
+    with noted_signals() as signals, ExitStack() as stack:
         # A port that vanishes and comes back needs a name that stays.
         folder = stack.enter_context(TemporaryDirectory(prefix="echoplan-"))
         link = Path(folder, "port") if device.faults.unplug else None
@@ -55,7 +56,7 @@ def run(
         stack.callback(port.close)
         put(f"Simulated device: echoplan record {port.address} --rig {rig}")
         sys.stdout.flush()
-        serve(device, port, speed=speed)
+        serve(device, port, speed=speed, is_over=lambda: bool(signals))
 
 
 def _device(world: str, *, rig: str, route: str, faults: str, config: Path | None, seed: int) -> "VirtualDevice":

@@ -1,6 +1,6 @@
 """The one place where errors become messages.
 
-Whatever takes time to import is imported inside ``main``, where an interrupt is one, too.
+Whatever takes time to import is imported inside ``main``, where signals end the program without a word.
 """
 
 import atexit
@@ -8,18 +8,14 @@ import io
 import os
 import signal
 import sys
-from _thread import interrupt_main
-from collections.abc import Callable
-from threading import Timer
-from types import FrameType
 from typing import TextIO
+
+from echoplan.signals import ended_by_signals
 
 __all__ = ["main"]
 
-# Status of a refusal, as of argparse and click; a signal ends a program with 128 and its number, as shells have it.
-_REFUSED, _SIGNALLED = 2, 128
-# Time after which a signal that Python dropped comes again [s].
-_AGAIN = 0.01
+# Status of a refusal, as of argparse and click.
+_REFUSED = 2
 # As much of an error as is read: an argument may have a hundred thousand characters.
 _LONGEST_MESSAGE = 1000
 
@@ -30,54 +26,13 @@ def main() -> None:
     Bad words, bad input, and whatever the system or the memory refuses become one line on standard error and exit
     status 2; an interrupt is 130, a request to terminate 143.
     """
-    signals: list[int] = []
-    restore = _watch(signals)
-    try:
+    with ended_by_signals():
         _prepare_streams()
         status = _run(sys.argv[1:] or ["--help"])
         status = _flush(sys.stdout, is_refused=status == _REFUSED) or status
-    finally:
-        if signals:
-            # An interrupt of an import or of machine code may come out as any error.
-            os._exit(_SIGNALLED + signals[0])
-        restore()
-    sys.exit(status)
-
-
-def _watch(signals: list[int]) -> Callable[[], None]:
-    """Let signals interrupt the work and be listed; return what puts the handlers back that were there before."""
-    numbers = (signal.SIGINT, signal.SIGTERM)
-    before = [*map(signal.getsignal, numbers)]
-    hook = sys.unraisablehook
-
-    def stop(number: int, _: FrameType | None) -> None:
-        """List the signal and interrupt the work."""
-        signals.append(number)
-        raise KeyboardInterrupt
-
-    def insist(ignored: "sys.UnraisableHookArgs") -> None:
-        """Interrupt again if Python dropped an interrupt, otherwise call the former hook."""
-        # Python drops what is raised in a callback or a destructor; an interrupt must not get lost there. It drops what
-        # is raised in this hook, too, so the interrupt must come later.
-        if signals:
-            Timer(_AGAIN, interrupt_main, signals[:1]).start()
-        else:
-            hook(ignored)
-
-    def restore() -> None:
-        """Put back the signal handlers and the hook that were there before."""
-        sys.unraisablehook = hook
-        for number, handler in zip(numbers, before, strict=True):
-            signal.signal(number, handler)
-
     # When all is done and Python closes, there is nothing to interrupt any more.
     atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)
-    sys.unraisablehook = insist
-    for number, handler in zip(numbers, before, strict=True):
-        # A job in the background is started with interrupts ignored, and goes on.
-        if handler != signal.SIG_IGN:
-            signal.signal(number, stop)
-    return restore
+    sys.exit(status)
 
 
 def _run(words: list[str]) -> int:

@@ -9,6 +9,7 @@ import typer
 
 from echoplan.cli.source_options import DeviceArgument, DeviceRigOption
 from echoplan.cli.terminal import put, report_files
+from echoplan.signals import raised_signals
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -46,7 +47,7 @@ def run(
     stations = [_pose(each.x, each.y, each.heading) for each in read_places(place or (), places)]
     if append and not rig and (out / "rig.toml").exists():
         rig = str(out / "rig.toml")
-    with SweepProgress() as progress, Device(source or find_device(), watch=progress.watch) as device:
+    with raised_signals(), SweepProgress() as progress, Device(source or find_device(), watch=progress.watch) as device:
         used, text = _rig_of(rig, device)
         put(f"{device.address}: {device.hello.board}, {device.hello.sensors} sensors; rig {used.name!r}")
         with Recorder(out, rig=text, append=append) as recorder:

@@ -3,14 +3,18 @@
 import logging
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from rich.console import Console
+from rich.control import Control
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.segment import ControlType
 from rich.table import Table as RichTable
 
 from echoplan.errors import OutputError
+from echoplan.signals import at_signal
 
 if TYPE_CHECKING:
     from rich.console import JustifyMethod, RenderableType
@@ -160,7 +164,7 @@ def tracked(items: Iterable[Item], *, total: int, task: str) -> Iterator[Item]:
     stderr = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     progress = Progress(*columns, console=stderr, transient=True, disable=not stderr.is_terminal)
-    with logging_to(stderr), progress:
+    with logging_to(stderr), at_signal(partial(_clear, stderr)), progress:
         yield from progress.track(items, total=total, description=task)
 
 
@@ -174,8 +178,14 @@ def busy(task: str) -> Iterator[None]:
         What is being done.
     """
     stderr = Console(stderr=True)
-    with logging_to(stderr), stderr.status(task):
+    with logging_to(stderr), at_signal(partial(_clear, stderr)), stderr.status(task):
         yield
+
+
+def _clear(console: Console) -> None:
+    """Take away the line of a bar and show the cursor, which the bar hides."""
+    if console.is_terminal:
+        console.control(Control(ControlType.CARRIAGE_RETURN, (ControlType.ERASE_IN_LINE, 2), ControlType.SHOW_CURSOR))
 
 
 class TerminalProgress:

@@ -3,9 +3,9 @@
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor, as_completed
 from multiprocessing import active_children, get_context
-from signal import SIG_DFL, SIGINT, signal
 
 from echoplan.comparison.trials import Outcome, Trial, measure
+from echoplan.signals import end_with_parent
 
 __all__ = ["run_trials"]
 
@@ -34,7 +34,7 @@ def run_trials(trials: Iterable[Trial], *, workers: int) -> Iterator[Outcome]:
         for done in as_completed([pool.submit(_in_own_process, trial) for trial in trials]):
             yield done.result()
     finally:
-        # An interrupt does not wait for the processes.
+        # An error does not wait for the processes.
         pool.shutdown(wait=False, cancel_futures=True)
         for process in active_children():
             if process not in others:
@@ -42,10 +42,7 @@ def run_trials(trials: Iterable[Trial], *, workers: int) -> Iterator[Outcome]:
 
 
 def _in_own_process(trial: Trial) -> Outcome:
-    # A terminal interrupts all processes at once: this one dies silently, and the first one reports the interrupt.
-    with ProcessPoolExecutor(
-        max_workers=1, mp_context=get_context("spawn"), initializer=signal, initargs=(SIGINT, SIG_DFL)
-    ) as process:
+    with ProcessPoolExecutor(max_workers=1, mp_context=get_context("spawn"), initializer=end_with_parent) as process:
         future = process.submit(measure, trial)
         error = future.exception()
     if error is None:

@@ -3,9 +3,12 @@
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from shutil import rmtree
 from tempfile import mkdtemp
+
+from echoplan.signals import at_signal
 
 try:
     import fcntl
@@ -41,12 +44,14 @@ def scratch_folder(target: Path) -> Iterator[Path]:
         descriptor = _lock(scratch, wait=False)
         with suppress(OSError):
             scratch = scratch.rename(target.parent / scratch.name)
-    try:
-        yield scratch
-    finally:
-        # What cannot be removed now, the next run tries again.
-        rmtree(scratch, ignore_errors=True)
-        _release(descriptor)
+    # What cannot be removed now, the next run tries again.
+    remove = partial(rmtree, scratch, ignore_errors=True)
+    with at_signal(remove):
+        try:
+            yield scratch
+        finally:
+            remove()
+            _release(descriptor)
 
 
 def _sweep(folder: Path) -> None:

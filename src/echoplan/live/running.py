@@ -16,6 +16,7 @@ from echoplan.live.live_map import LiveMap
 from echoplan.live.mapping import MapUpdate
 from echoplan.live.server import LiveServer
 from echoplan.live.unsaved import RECORDING, keep_sweeps
+from echoplan.signals import raised_signals
 
 __all__ = ["run_live"]
 
@@ -61,7 +62,12 @@ def run_live(
         If websockets is not installed.
     """
     mapper = LocalProcesses(1)
-    with closing(feed), keep_sweeps(feed, out=out) as keep, TemporaryDirectory(prefix="echoplan-") as scratch:
+    with (
+        raised_signals(),
+        closing(feed),
+        keep_sweeps(feed, out=out) as keep,
+        TemporaryDirectory(prefix="echoplan-") as scratch,
+    ):
         live_map = LiveMap(feed, executor=mapper, scratch=Path(scratch), out=out, keep=keep, publish=publish)
         try:
             asyncio.run(_run(live_map, host=host, port=port, token=token, ready=ready))
