@@ -44,7 +44,7 @@ class Recordings:
     Parameters
     ----------
     names : tuple of str
-        What each was called by the user.
+        What each was called by the user, and its number if another one has that name.
     sources : tuple of Source
         Where the sweeps came from.
     sweeps : tuple of tuple of Sweep, optional
@@ -102,11 +102,15 @@ def open_recordings(source: OneOrSeveral) -> Recordings:
     """
     several = list(source) if source and isinstance(source, list | tuple) else [cast("AnySource", source)]
     sources = tuple(as_source(each) for each in several)
-    names = (
+    names = [
         fspath(one) if isinstance(one, str | PathLike) else opened.name
         for one, opened in zip(several, sources, strict=True)
+    ]
+    # Folders in different places may have one name.
+    distinct = (
+        name if names.count(name) == 1 else f"{name} (recording {number})" for number, name in enumerate(names, start=1)
     )
-    return Recordings(names=tuple(names), sources=sources)
+    return Recordings(names=tuple(distinct), sources=sources)
 
 
 def map_recordings(

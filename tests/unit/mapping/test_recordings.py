@@ -6,6 +6,7 @@ import pytest
 from echoplan.errors import InputError
 from echoplan.io import builtin_rig
 from echoplan.mapping import map_source
+from echoplan.mapping.recordings import open_recordings
 from echoplan.model import Rig, Sweep
 
 
@@ -40,3 +41,8 @@ def test_what_cannot_be_mapped_is_refused_before_it_is_read(
     monkeypatch.chdir(tmp_path)
     with pytest.raises(InputError, match=problem):
         map_source(sources, **options)  # type: ignore[arg-type]
+
+
+def test_recordings_of_one_name_have_numbers() -> None:
+    opened = open_recordings([Unread(), Unread("ring-16"), Unread()])
+    assert opened.names == ("rotary-array (recording 1)", "ring-16", "rotary-array (recording 3)")
