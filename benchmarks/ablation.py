@@ -66,7 +66,6 @@ RULES: Mapping[str, Mapping[str, Any]] = {
     "other classes": {f"{_ESTIMATE}.reclassified": _unchanged(1)},
     "corner on walls": {f"{_SEARCH}.model_moves._spared_walls": _constant(0)},
     "corner for a short wall": {f"{_SEARCH}.model_moves._crossings": _constant([])},
-    "corner for a cylinder": {f"{_SEARCH}.model_moves._on_walls": _constant([])},
     "boxes": {f"{_ESTIMATE}.with_boxes": _unchanged(1)},
     "classes again": {f"{_ESTIMATE}.Estimate.reselect_classes": _unchanged()},
     "latent walls": {f"{_SEARCH}.multipath_walls._without_latent": _unchanged(1)},

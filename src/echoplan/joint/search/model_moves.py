@@ -34,48 +34,23 @@ def reclassified(
 ) -> list[Hypothesis]:
     """Replace landmarks by another class, or corners by two walls, where that explains the pings better.
 
-    Walls may become any class, corners and edges only walls: an object in a corner is hidden by it. A corner that few
-    stations detected looks like a cylinder behind it, so a cylinder may become a corner on a wall. Both faces of a thin
-    wall, detected opposite to each other, look like a corner that is detected from everywhere.
+    Walls may become any class, corners and edges only walls: an object in a corner is hidden by it. Both faces of a
+    thin wall, detected opposite to each other, look like a corner that is detected from everywhere.
     """
     kept = split_joined_walls(likelihood, list(features), acceptance, kinds=_AT_LAST)
     for place, feature in enumerate(kept):
-        if feature.is_known:
+        if feature.is_known or feature.kind is Kind.CYLINDER:
             continue
-        # A better corner replaces a cylinder even if it is not accepted. A corner is detectable over a wider angle: if
-        # it fails for that reason, the landmark is neither.
-        is_round = feature.kind is Kind.CYLINDER
         others = [*kept[:place], *kept[place + 1 :]]
-        best = _better(_alternatives(likelihood, feature, others), feature, others, acceptance)
-        if best and (is_round or acceptance.is_accepted(best, likelihood.log_densities(others))):
+        if feature.is_wall:
+            alternatives = [*alternatives_to(likelihood, feature, others), *_crossings(likelihood, feature, others)]
+        else:
+            alternatives = alternatives_to(likelihood, feature, others, (Kind.WALL,))
+        best = _better(alternatives, feature, others, acceptance)
+        if best and acceptance.is_accepted(best, likelihood.log_densities(others)):
             record_event(Decision.CHANGED, feature, reason=Reason.BETTER_CLASS, becomes=best.kind)
             kept[place] = best
     return kept
-
-
-def _alternatives(likelihood: PingLikelihood, feature: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Return the landmarks that may replace a landmark, by its class."""
-    if feature.is_wall:
-        return [*alternatives_to(likelihood, feature, others), *_crossings(likelihood, feature, others)]
-    if feature.kind is Kind.CYLINDER:
-        return _on_walls(likelihood, feature, others)
-    return alternatives_to(likelihood, feature, others, (Kind.WALL,))
-
-
-def _on_walls(likelihood: PingLikelihood, cylinder: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Propose corners in place of a cylinder, on stronger walls near the refined corner; none for ray cones.
-
-    Rays read corners and cylinders alike.
-    """
-    if likelihood.tables.cone:
-        return []
-    (corner,) = alternatives_to(likelihood, cylinder, others, (Kind.CORNER,))
-    point = corner.reflector[1:3]
-    normals = [(directions(angle), offset) for angle, offset in _stronger(cylinder, others)]
-    feet = [point + (offset - point @ normal) * normal for normal, offset in normals]
-    near = [foot for foot in feet if math.dist(foot, point) < _AT]
-    proposed = [likelihood.score(np.array([Kind.CORNER, *foot, 0.0])) for foot in near]
-    return likelihood.score_all(proposed, likelihood.log_densities(others), others)
 
 
 def _crossings(likelihood: PingLikelihood, wall: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
@@ -104,12 +79,12 @@ def _better(
 def _spared_walls(alternative: Hypothesis, feature: Hypothesis, others: Sequence[Hypothesis]) -> int:
     """Return 1 for a corner on two stronger walls at a right angle, 0 for one on other stronger walls, -1 on none.
 
-    The result is 0 for other alternatives, and in place of a cylinder.
+    The result is 0 for other alternatives.
 
     A corner that few stations detected from about one direction looks like a short wall across it, but every wall ends
     in corners. A wall that was detected at about one place looks like a corner, but no corner exists without walls.
     """
-    if alternative.kind is not Kind.CORNER or feature.kind is Kind.CYLINDER:
+    if alternative.kind is not Kind.CORNER:
         return 0
     point = alternative.reflector[1:3]
     on = [line for line in _stronger(feature, others) if abs(float(point @ directions(line[0]) - line[1])) < _ON]
