@@ -12,6 +12,7 @@ from functools import cached_property, partial
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from echoplan.acoustics.echo_model import SonarTables
 from echoplan.acoustics.predicted_echo import EchoModel, Kind
 from echoplan.arrays import FloatArray
 from echoplan.errors import InvalidValueError
@@ -21,7 +22,7 @@ from echoplan.joint.estimate import Estimate
 from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.known_map import resumed
 from echoplan.joint.likelihood.hypothesis_scores import missed
-from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
+from echoplan.joint.likelihood.ping_scores import score_pings
 from echoplan.joint.map_extraction.openings import openings_of, unobserved_of
 from echoplan.joint.marginal_prior import MarginalPrior
 from echoplan.joint.marginalisation import marginalise, survey
@@ -31,6 +32,7 @@ from echoplan.joint.trace import record_window
 from echoplan.joint.trajectory import Trajectory, joined, posed
 from echoplan.model import FeatureMap, Rig, Sweep, Wall
 from echoplan.preprocessing.measurements import Measurements, join_measurements, measurements_of
+from echoplan.preprocessing.servo import AS_RECORDED, turned_by
 from echoplan.preprocessing.stations import Stations, at_stations, group_sweeps, without_repeats
 
 __all__ = ["JointMapper", "JointSettings"]
@@ -169,19 +171,31 @@ class JointMapper:
             estimate = self._solve(stations).estimate
             return self._trajectory(estimate, stations), estimate.model
 
-    def misses(self) -> Callable[[Sequence[Wall]], FloatArray]:
-        """Return what the newest stations so far do not detect, also after further sweeps.
+    def misses(self, sweeps: Sequence[Sweep]) -> Callable[[Sequence[Wall]], FloatArray]:
+        """Return what some sweeps do not detect, by the sonar that is estimated so far.
+
+        Parameters
+        ----------
+        sweeps : sequence of Sweep
+            At the poses of the map, not at the recorded ones.
 
         Returns
         -------
         callable
-            Returns, for a sequence of n walls, or pieces of walls, the log probability that these stations do not
-            detect each of them, shape (n,) [nats]; each station of the window counts for -12 at most.
+            Returns, for a sequence of n walls, or pieces of walls, the log probability that the stations of the sweeps
+            do not detect each of them, shape (n,) [nats]; each station counts for -12 at most.
         """
-        if not self._sweeps:
+        if not sweeps:
             return lambda walls: np.zeros(len(walls))
+        parts = [measurements_of(sweep, self.rig) for sweep in sweeps]
+        pings = np.array([len(part.readings) for part in parts])
+        stations = group_sweeps(np.array([sweep.station for sweep in sweeps]), pings, self.settings.stations)
+        measurements = without_repeats(at_stations(join_measurements(parts), stations))
         with _one_thread():
-            return partial(_missed, self._solve(self._stations()).estimate.likelihood)
+            estimate = self._solve(self._stations()).estimate
+        if estimate.servo is not None:
+            measurements = turned_by(measurements, error=estimate.servo, before=AS_RECORDED)
+        return partial(_missed, measurements, estimate.likelihood.tables, estimate.noise)
 
     @property
     def _has_echoes(self) -> bool:
@@ -252,11 +266,11 @@ def _one_thread() -> threadpool_limits:
     return threadpool_limits(limits=1, user_api="blas")
 
 
-def _missed(likelihood: PingLikelihood, walls: Sequence[Wall]) -> FloatArray:
-    """Return the log probability that the stations of a likelihood do not detect walls, shape (n,) [nats]."""
+def _missed(measurements: Measurements, tables: SonarTables, noise: float, walls: Sequence[Wall]) -> FloatArray:
+    """Return the log probability that stations do not detect walls, shape (n,) [nats]."""
     found = np.zeros(len(walls))
     for number, wall in enumerate(walls):
         low, high = np.sort(wall.endpoints_xy @ directions(wall.normal_angle + np.pi / 2)).tolist()
         reflector = np.array([Kind.WALL, wall.normal_angle, wall.offset, wall.reflection_loss])
-        found[number] = missed(likelihood.measurements, likelihood.score(reflector).ping_scores, (low, high))
+        found[number] = missed(measurements, score_pings(measurements, tables, reflector, noise), (low, high))
     return found

@@ -150,20 +150,28 @@ def map_recordings(
     if len(recordings.sources) > 1 or known is not None:
         _check_readings(mapper.rig, recordings)
     found, mapped, changes = known, tuple[Sweep, ...](), list[Changes]()
+    cleaned: list[Sweep] = []
+
+    def keep(sweeps: Sequence[Sweep]) -> Iterable[Sweep]:
+        """Keep the cleaned sweeps and pass them on."""
+        cleaned.extend(sweeps)
+        return follow(sweeps)
+
     for name, recorded in zip(recordings.names, recordings.sweeps, strict=True):
         if found is None:
-            found, mapped = map_sweeps(mapper, recorded, follow=follow), recorded
+            found, mapped = map_sweeps(mapper, recorded, follow=keep), recorded
             continue
         sweeps = [sweep for sweep in recorded if len(sweep)]
         faults = find_faults(sweeps, mapper.rig)
         start = _start(name, clean_sweeps(sweeps, mapper.rig, faults), known=found, rig=mapper.rig)
-        earlier = Looks(mapper.views_xy, mapper.misses())
+        earlier, count = Looks(mapper.views_xy, mapper.misses(_at_poses(cleaned, found))), len(cleaned)
         mapper.begin_recording(start)
         moved = _moved(sweeps, away=compose(start, invert(sweeps[0].station)), after=mapped)
-        for sweep in follow(clean_sweeps(moved, mapper.rig, faults)):
+        for sweep in keep(clean_sweeps(moved, mapper.rig, faults)):
             mapper.add(sweep)
         before, found, mapped = found, mapper.result(), (*mapped, *moved)
-        later = Looks(later_views(earlier.views_xy, mapper.views_xy), mapper.misses())
+        views_xy = later_views(earlier.views_xy, mapper.views_xy)
+        later = Looks(views_xy, mapper.misses(_at_poses(cleaned[count:], found)))
         if contradicts(before, later.views_xy):
             raise InputError(name, "it is of another place than what came before", remedy="map it alone")
         changed = find_changes(before, found, earlier=earlier, later=later)
@@ -242,6 +250,16 @@ def _check_readings(rig: Rig, recordings: Recordings) -> None:
             raise InputError(name, "it has no pings", remedy="leave it out")
         if find_faults(sweeps, rig).has_no_poses:
             raise InputError(name, "it has no positions", remedy="record the poses of the robot with it")
+
+
+def _at_poses(sweeps: Sequence[Sweep], found: FeatureMap) -> list[Sweep]:
+    """Return sweeps with their poses in a map; without those that it does not have."""
+    poses = dict(zip(found.sweeps.tolist(), found.poses, strict=True))
+    return [
+        replace(sweep, map_from_base=compose(poses[sweep.index], compose(invert(sweep.station), sweep.map_from_base)))
+        for sweep in sweeps
+        if sweep.index in poses
+    ]
 
 
 def _moved(sweeps: Sequence[Sweep], *, away: FloatArray, after: Sequence[Sweep]) -> tuple[Sweep, ...]:

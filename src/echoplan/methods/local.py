@@ -94,21 +94,28 @@ class LocalMapper:
         prior = self.prior()
         return np.zeros((0, 2, 2)) if prior is None else views_of(prior) + self.origin_xy
 
-    def misses(self) -> Callable[[Sequence[Wall]], FloatArray]:
-        """Return what the newest stations so far do not detect, also after further sweeps.
+    def misses(self, sweeps: Sequence[Sweep]) -> Callable[[Sequence[Wall]], FloatArray]:
+        """Return what some sweeps do not detect.
+
+        Parameters
+        ----------
+        sweeps : sequence of Sweep
+            At the poses of the map, not at the recorded ones.
 
         Returns
         -------
         callable
-            Returns, for a sequence of n walls, or pieces of walls, the log probability that these stations do not
-            detect each of them, shape (n,) [nats].
+            Returns, for a sequence of n walls, or pieces of walls, the log probability that the stations of the sweeps
+            do not detect each of them, shape (n,) [nats].
 
         Raises
         ------
         InvalidValueError
             If the mapper maps one recording only.
         """
-        misses, away = self._several.misses(), -self.origin_xy
+        away = -self.origin_xy
+        local = [replace(each, map_from_base=each.map_from_base + np.append(away, 0.0)) for each in sweeps]
+        misses = self._several.misses(local)
         return lambda walls: misses([translated_wall(each, away) for each in walls])
 
     def result(self) -> FeatureMap:

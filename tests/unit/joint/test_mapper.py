@@ -497,12 +497,11 @@ def test_the_solver_is_at_most_six_calls_below_the_mapper(monkeypatch: pytest.Mo
 def test_stations_miss_a_wall_that_is_not_there_and_no_other() -> None:
     # In a frame that begins far away, as that of a country does.
     mapper, away = find_method("joint").build(find_rig(ARRAY)), np.array([4096.0, -8192.0])
-    found = map_sweeps(
-        mapper, [replace(each, map_from_base=each.map_from_base + np.append(away, 0.0)) for each in simulated(ARRAY)]
-    )
+    sweeps = [replace(each, map_from_base=each.map_from_base + np.append(away, 0.0)) for each in simulated(ARRAY)]
+    found = map_sweeps(mapper, sweeps)
     # Half a metre before the wall in the east.
     east = max(found.walls, key=lambda wall: float(np.cos(wall.normal_angle)))
     nearer = translated_wall(east, np.array([-0.5, 0.0]))
-    *there, nowhere = mapper.misses()([*found.walls, nearer])
+    *there, nowhere = mapper.misses(sweeps)([*found.walls, nearer])
     assert min(there) > -12.0
     assert nowhere < -36.0
