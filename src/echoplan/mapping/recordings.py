@@ -1,5 +1,6 @@
 """Several recordings of one place in one map: each is located in the map of those before it."""
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike, fspath
@@ -33,6 +34,9 @@ OneOrSeveral: TypeAlias = AnySource | Sequence[AnySource]
 # Numbers of stations by which a recording is located, in this order: more of them decide between rooms that look alike,
 # but perhaps only its beginning lies in the map.
 _STATIONS = (24, 12, 6, 4, 3)
+# Greatest distance of the first pose in the map from where the recording was located, which errs by 1 cm in the mean
+# (benchmarks/localisation.py) [m].
+_LOCATED = 0.1
 # Time between two recordings if the clock of the later one does not go on [ns].
 _PAUSE_NS = 1_000_000_000
 
@@ -144,8 +148,8 @@ def map_recordings(
     Raises
     ------
     InputError
-        If of several recordings, or one after a map, one has no pings or no positions, or begins where those before it
-        show too little.
+        If of several recordings, or one after a map, one has no pings or no positions, begins where those before it
+        show too little, or does not fit them.
     """
     if len(recordings.sources) > 1 or known is not None:
         _check_readings(mapper.rig, recordings)
@@ -170,10 +174,9 @@ def map_recordings(
         for sweep in keep(clean_sweeps(moved, mapper.rig, faults)):
             mapper.add(sweep)
         before, found, mapped = found, mapper.result(), (*mapped, *moved)
-        views_xy = later_views(earlier.views_xy, mapper.views_xy)
-        later = Looks(views_xy, mapper.misses(_at_poses(cleaned[count:], found)))
-        if contradicts(before, later.views_xy):
-            raise InputError(name, "it is of another place than what came before", remedy="map it alone")
+        placed = _at_poses(cleaned[count:], found)
+        later = Looks(later_views(earlier.views_xy, mapper.views_xy), mapper.misses(placed))
+        _check_fit(name, before, later, off=math.dist(placed[0].station[:2], start[:2]))
         changed = find_changes(before, found, earlier=earlier, later=later)
         changes.append(replace(changed, recording=name, first_sweep=moved[0].index))
     assert found is not None
@@ -250,6 +253,15 @@ def _check_readings(rig: Rig, recordings: Recordings) -> None:
             raise InputError(name, "it has no pings", remedy="leave it out")
         if find_faults(sweeps, rig).has_no_poses:
             raise InputError(name, "it has no positions", remedy="record the poses of the robot with it")
+
+
+def _check_fit(name: str, before: FeatureMap, later: Looks, *, off: float) -> None:
+    """Refuse a recording of another place, or one that begins ``off`` from where it was located [m]."""
+    if contradicts(before, later.views_xy):
+        raise InputError(name, "it is of another place than what came before", remedy="map it alone")
+    if off > _LOCATED:
+        problem = "its echoes fit the map at one place when it is located, and at another one when it is mapped"
+        raise InputError(name, problem, remedy="begin it where another recording was, or map it alone")
 
 
 def _at_poses(sweeps: Sequence[Sweep], found: FeatureMap) -> list[Sweep]:

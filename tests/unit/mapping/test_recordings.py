@@ -1,13 +1,17 @@
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from echoplan.errors import InputError
 from echoplan.io import builtin_rig
+from echoplan.joint.localisation import localise
 from echoplan.mapping import map_source
 from echoplan.mapping.recordings import open_recordings
-from echoplan.model import Rig, Sweep
+from echoplan.model import Localisation, Rig, Sweep
+from echoplan.sources import open_source
 
 
 class Unread:
@@ -46,3 +50,17 @@ def test_what_cannot_be_mapped_is_refused_before_it_is_read(
 def test_recordings_of_one_name_have_numbers() -> None:
     opened = open_recordings([Unread(), Unread("ring-16"), Unread()])
     assert opened.names == ("rotary-array (recording 1)", "ring-16", "rotary-array (recording 3)")
+
+
+def test_a_recording_that_fits_the_map_elsewhere_than_where_it_was_located_is_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def displaced(*words: object, **options: object) -> Localisation:
+        found = localise(*words, **options)  # type: ignore[arg-type]
+        return replace(found, poses=found.poses + np.array([0.15, 0.0, 0.0]))
+
+    recordings = [open_source(f"sim:paper-room,seed={seed}") for seed in (1, 2)]
+    assert not map_source(recordings).feature_map.changes[0]
+    monkeypatch.setattr("echoplan.mapping.recordings.localise", displaced)
+    with pytest.raises(InputError, match="its echoes fit the map at one place when it is located, and at another one"):
+        map_source(recordings)
