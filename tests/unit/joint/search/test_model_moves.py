@@ -59,20 +59,6 @@ def test_a_corner_does_not_become_a_cylinder() -> None:
     assert features[4].reflector.tolist() == vertex.tolist()
 
 
-@pytest.mark.parametrize(("across", "kind"), [(0.0, Kind.CORNER), (0.4, Kind.CYLINDER)])
-def test_a_cylinder_of_two_stations_on_a_wall_becomes_a_corner(across: float, kind: Kind) -> None:
-    stations, vertex = listening([(0.0, 0.0), (0.0, 0.5)]), np.array([2.0 - across, 1.4])
-    truth = [wall(0.0, 2.0), corner(*vertex)]
-    estimate = likelihood(pings_of(stations, truth, noise=NOISE, rng=np.random.default_rng(1)))
-    # As near to both stations as the corner is.
-    away = vertex - [0.0, 0.25]
-    center = vertex + 0.1 * away / np.hypot(*away)
-    found = after_selection(estimate, wall(0.0, 2.0), cylinder(center[0], center[1], 0.1))[1]
-    assert found.kind is kind
-    if kind is Kind.CORNER:
-        assert found.reflector[1:3] == pytest.approx(vertex, abs=0.02)
-
-
 def test_a_corner_detected_from_both_sides_of_a_thin_wall_becomes_two_walls() -> None:
     left, right = wall(0.0, 0.6), wall(np.pi, -0.6)
     stations = listening([(0.0, 0.0), (-0.4, 0.05), (1.4, 0.02)])
