@@ -256,11 +256,11 @@ def _check_readings(rig: Rig, recordings: Recordings) -> None:
 
 
 def _check_fit(name: str, before: FeatureMap, later: Looks, *, off: float) -> None:
-    """Refuse a recording of another place, or one that begins ``off`` from where it was located [m]."""
+    """Refuse a recording of another place, or one whose first pose is ``off`` from where it was located [m]."""
     if contradicts(before, later.views_xy):
         raise InputError(name, "it is of another place than what came before", remedy="map it alone")
     if off > _LOCATED:
-        problem = "its echoes fit the map at one place when it is located, and at another one when it is mapped"
+        problem = f"its first pose in the map is {off:.2f} m from where it was located"
         raise InputError(name, problem, remedy="begin it where another recording was, or map it alone")
 
 
