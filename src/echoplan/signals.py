@@ -1,4 +1,4 @@
-"""What a signal does: it ends the program at once, as it would come out of compiled code as a crash."""
+"""Signals end the program at once: an exception that is raised while compiled code runs would crash it."""
 
 import os
 import signal
@@ -13,16 +13,16 @@ __all__ = ["at_signal", "end_with_parent", "ended_by_signals", "noted_signals", 
 _SIGNALLED = 128
 _NUMBERS = (signal.SIGINT, signal.SIGTERM)
 
-# What is to do if a signal ends the program now.
+# Called if a signal ends the program now.
 _actions: list[Callable[[], object]] = []
 
 
 @contextmanager
 def ended_by_signals() -> Iterator[None]:
-    """Let an interrupt and a request to terminate end the process meanwhile, wherever it is.
+    """Let interrupts and requests to terminate end the process at once.
 
-    An exception would not do: compiled code crashes if what it calls raises one, destructors drop it, and it leaves
-    locks behind for which others wait.
+    They raise no exception: compiled code crashes if what it calls raises one, destructors drop it, and a thread may
+    wait for ever for a lock that it left behind.
     """
     with _handled(_end):
         yield
@@ -30,7 +30,7 @@ def ended_by_signals() -> Iterator[None]:
 
 @contextmanager
 def raised_signals() -> Iterator[None]:
-    """Let signals raise ``SystemExit`` meanwhile, where a device or processes must be stopped; not in compiled code."""
+    """Let signals raise ``SystemExit``: where devices or processes must be stopped, and no compiled code runs."""
 
     def stop(number: int, _: FrameType | None) -> None:
         """Raise the status with which a signal ends a program."""
@@ -42,7 +42,7 @@ def raised_signals() -> Iterator[None]:
 
 @contextmanager
 def noted_signals() -> Iterator[list[int]]:
-    """Let signals only be noted meanwhile; yield the list of those that came."""
+    """Keep signals from doing anything; yield the list of those that came."""
     came: list[int] = []
     with _handled(lambda number, _: came.append(number)):
         yield came
@@ -50,7 +50,7 @@ def noted_signals() -> Iterator[list[int]]:
 
 @contextmanager
 def at_signal(action: Callable[[], object]) -> Iterator[None]:
-    """Call an action if a signal ends the process meanwhile.
+    """Call an action if a signal ends the process before the block is left.
 
     Parameters
     ----------
@@ -65,11 +65,11 @@ def at_signal(action: Callable[[], object]) -> Iterator[None]:
 
 
 def end_with_parent() -> None:
-    """Prepare a worker process: it ends with its parent, and without a word at an interrupt, which reaches both."""
+    """Let a worker process end when its parent ends, and silently when a terminal interrupts both."""
     from multiprocessing import parent_process  # noqa: PLC0415 - most commands have no use for it
 
     def wait() -> None:
-        """Wait for the end of the parent, as the worker would wait for calls for ever."""
+        """Wait for the end of the parent; the worker itself would wait for calls for ever."""
         parent = parent_process()
         if parent is not None:
             parent.join()

@@ -15,7 +15,7 @@ NUMBERS = (signal.SIGINT, signal.SIGTERM)
 
 @pytest.mark.slow
 @pytest.mark.parametrize("number", NUMBERS)
-def test_a_signal_in_compiled_code_ends_the_process_and_does_what_is_to_do(number: signal.Signals) -> None:
+def test_a_signal_in_compiled_code_ends_the_process_and_calls_the_actions(number: signal.Signals) -> None:
     program = (
         "import os, subprocess\n"
         "from echoplan.signals import at_signal, ended_by_signals\n"
@@ -32,7 +32,7 @@ def test_a_signal_in_compiled_code_ends_the_process_and_does_what_is_to_do(numbe
 
 
 @pytest.mark.parametrize("number", NUMBERS)
-def test_a_signal_may_be_raised_or_noted_and_what_was_to_do_is_not_done(number: signal.Signals, tmp_path: Path) -> None:
+def test_a_signal_may_be_raised_or_noted_and_calls_no_action(number: signal.Signals, tmp_path: Path) -> None:
     before = signal.getsignal(number)
     with at_signal((tmp_path / "done").touch):
         with pytest.raises(SystemExit) as ended, raised_signals():

@@ -57,7 +57,7 @@ class LocalProcesses(Executor):
             self._idle.put(process)
 
     def __exit__(self, *error: object) -> None:
-        """Wait for all calls; after an error, end them."""
+        """Wait for all calls; after an error or a signal, end them."""
         is_whole = error[0] is None
         self.shutdown(wait=is_whole, cancel_futures=not is_whole)
 

@@ -1,6 +1,6 @@
 """The one place where errors become messages.
 
-Whatever takes time to import is imported inside ``main``, where signals end the program without a word.
+Whatever takes time to import is imported inside ``main``, where signals end the program silently.
 """
 
 import atexit

@@ -183,7 +183,7 @@ def busy(task: str) -> Iterator[None]:
 
 
 def _clear(console: Console) -> None:
-    """Take away the line of a bar and show the cursor, which the bar hides."""
+    """Erase the line of a progress bar, and show the cursor that it hides."""
     if console.is_terminal:
         console.control(Control(ControlType.CARRIAGE_RETURN, (ControlType.ERASE_IN_LINE, 2), ControlType.SHOW_CURSOR))
 

@@ -34,7 +34,7 @@ def run_trials(trials: Iterable[Trial], *, workers: int) -> Iterator[Outcome]:
         for done in as_completed([pool.submit(_in_own_process, trial) for trial in trials]):
             yield done.result()
     finally:
-        # An error does not wait for the processes.
+        # After an error or a signal, the processes are not waited for.
         pool.shutdown(wait=False, cancel_futures=True)
         for process in active_children():
             if process not in others:

@@ -172,7 +172,7 @@ class JointMapper:
             return self._trajectory(estimate, stations), estimate.model
 
     def misses(self, sweeps: Sequence[Sweep]) -> Callable[[Sequence[Wall]], FloatArray]:
-        """Return what some sweeps do not detect, by the sonar that is estimated so far.
+        """Return how probable it is that some sweeps do not detect walls, for the sonar as estimated so far.
 
         Parameters
         ----------

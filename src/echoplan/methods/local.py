@@ -95,7 +95,7 @@ class LocalMapper:
         return np.zeros((0, 2, 2)) if prior is None else views_of(prior) + self.origin_xy
 
     def misses(self, sweeps: Sequence[Sweep]) -> Callable[[Sequence[Wall]], FloatArray]:
-        """Return what some sweeps do not detect.
+        """Return how probable it is that some sweeps do not detect walls.
 
         Parameters
         ----------
