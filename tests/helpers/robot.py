@@ -2,10 +2,12 @@
 
 ``python robot.py BAG ADDRESS SPEED`` advertises the topics of the bag, publishes all static transforms, and prints
 ``ready``. It begins to play when it reads a line, and prints a line for each map and at the end of the bag. When its
-input ends, it writes what it received to ``BAG.received``: messages as CDR by topic, pickled.
+input ends, it waits until the last map is complete, and writes what it received to ``BAG.received``: messages as CDR by
+topic, pickled.
 """
 
 import json
+import math
 import os
 import pickle
 import struct
@@ -31,6 +33,9 @@ RECEIVED = {
     "/echoplan/markers": "visualization_msgs/msg/MarkerArray",
     "/tf": "tf2_msgs/msg/TFMessage",
 }
+
+# A map is complete when all topics came, and neither a grid nor markers for so long [s]; it is waited for so long [s].
+QUIET, PATIENCE = 1.0, 60.0
 
 
 def say(word: str) -> None:
@@ -136,9 +141,11 @@ def play(bag: Path, peer: Peer, *, speed: float) -> None:
 
 def main(bag: str, address: str, speed: str) -> None:
     received: defaultdict[str, list[bytes]] = defaultdict(list)
+    newest: dict[str, float] = {}
 
     def take(topic: Topic, raw: bytes) -> None:
         received[topic.name].append(raw)
+        newest[topic.name] = time.monotonic()
         if topic.name == "/map":
             say(f"map {fingerprint(STORE.deserialize_cdr(raw, topic.type))}")
 
@@ -152,11 +159,18 @@ def main(bag: str, address: str, speed: str) -> None:
                     subscribed.add(topic.name)
                     peer.subscribe(topic, take)
 
+    def is_complete() -> bool:
+        latched = [newest.get(topic, math.inf) for topic in RECEIVED if topic != "/tf"]
+        return "/tf" in newest and time.monotonic() - max(latched) > QUIET
+
     listening = Thread(target=listen)
     listening.start()
     play(Path(bag), peer, speed=float(speed))
     say("played")
     sys.stdin.read()
+    deadline = time.monotonic() + PATIENCE
+    while time.monotonic() < deadline and not is_complete():
+        time.sleep(0.1)
     ended.set()
     listening.join()
     Path(f"{bag}.received").write_bytes(pickle.dumps(dict(received)))

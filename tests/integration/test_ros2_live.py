@@ -178,9 +178,9 @@ def test_over_dds_the_live_map_is_that_of_the_bag_and_the_robot_gets_it(
         begin(driver)
         grid = grid_message(JAZZY.types, expected.exportable.nav2_grid, stamp=0)
         wait_for(driver, f"map {fingerprint(grid)}")
+        messages = received(driver, bag)
         live.send_signal(signal.SIGINT)
         assert "http://127.0.0.1:" in live.stdout.read()
-        messages = received(driver, bag)
     assert live.returncode == 0
     assert_same_sweeps(read_recording(out / "recording"), read_bag(bag))
     assert_published(messages, expected)
