@@ -82,10 +82,10 @@ def prior_of_map(feature_map: FeatureMap, pose: FloatArray, *, noise: float) -> 
 def resumed(prior: MarginalPrior, pose: FloatArray, settings: SegmentSettings) -> MarginalPrior:
     """Return the prior of an estimate that goes on with another recording, all stations so far being marginalised.
 
-    Landmarks keep their histories and their joint information, the servo its calibration. But a landmark may have been
-    moved since: however often it was detected, two stations that miss it remove it. Only a line with several walls
-    stays: a station before the gap between two of them seems to miss it. The sonar begins anew, except for the range
-    scale: a drive cannot determine it once the robot leaves what is known, so the air counts as equally warm.
+    Landmarks keep their histories and their joint information, the servo its gain and offset. But a landmark may have
+    been moved since: however often it was detected, two stations that miss it remove it. Only a line with several walls
+    stays: a station before the gap between two of them seems to miss it. Sonar and latency begin anew, except for the
+    range scale: a drive cannot determine it once the robot leaves what is known, so the air counts as equally warm.
     ``pose`` is the first one of the recording, shape (3,) [m, m, rad]; ``settings`` are those of wall segments.
     """
     count = sum(len(each.parameters) for each in prior.features)
@@ -103,7 +103,6 @@ def resumed(prior: MarginalPrior, pose: FloatArray, settings: SegmentSettings) -
         poses=pose[None],
         pose_model=PoseModel.ODOMETRY,
         pose_status=PoseStatus(reason=PoseReason.ODOMETRY),
-        latency=prior.latency,
         servo=prior.servo,
         noise=prior.noise,
         issued=prior.issued,

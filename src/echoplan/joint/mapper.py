@@ -25,7 +25,7 @@ from echoplan.joint.likelihood.hypothesis_scores import missed
 from echoplan.joint.likelihood.ping_scores import score_pings
 from echoplan.joint.map_extraction.openings import openings_of, unobserved_of
 from echoplan.joint.marginal_prior import MarginalPrior
-from echoplan.joint.marginalisation import marginalise, survey
+from echoplan.joint.marginalisation import marginalise, survey, without_sonar
 from echoplan.joint.pose_model_selection import estimate_map
 from echoplan.joint.settings import EstimateSettings
 from echoplan.joint.trace import record_window
@@ -162,7 +162,8 @@ class JointMapper:
         with _one_thread():
             stations = self._stations()
             solved = self._solve(stations)
-            return replace(solved.prior, path_xy=self._path_xy(self._trajectory(solved.estimate, stations)))
+            known = without_sonar(solved.estimate, solved.prior)
+            return replace(known, path_xy=self._path_xy(self._trajectory(solved.estimate, stations)))
 
     def trajectory(self) -> tuple[Trajectory, EchoModel]:
         """Return the poses of all sweeps so far, at least one with pings, and the estimated sonar; make no map."""
@@ -229,11 +230,10 @@ class JointMapper:
     def _resume(self, pose: FloatArray) -> None:
         """Marginalise all stations, and go on from a pose [m, m, rad] that is known roughly."""
         if self._sweeps:
-            stations, (trajectory, _) = self._stations(), self.trajectory()
-            path_xy = self._path_xy(trajectory)
+            stations, known = self._stations(), self.prior()
             with _one_thread():
                 self._let_go(stations, len(stations.poses))
-            self._marginal_prior = replace(self._marginal_prior, path_xy=path_xy)
+            self._marginal_prior = known or self._marginal_prior
         self._marginal_prior = resumed(self._marginal_prior, pose, self.settings.segments)
         self._earlier = len(self._indices)
         self._next_start = None

@@ -17,10 +17,11 @@ from echoplan.joint.map_extraction.map_builder import MapBuilder
 from echoplan.joint.map_extraction.segment import CELL
 from echoplan.joint.map_extraction.segments import find_segments
 from echoplan.joint.marginal_prior import MarginalPrior, marginalise_poses
-from echoplan.joint.optimisation.factors import InformationPrior
+from echoplan.joint.optimisation.factors import InformationPrior, normal_equations
 from echoplan.joint.optimisation.manhattan import estimate_right_angles
-from echoplan.joint.optimisation.optimiser import heading_factors, optimise, range_factors
+from echoplan.joint.optimisation.optimiser import consider_parameters, heading_factors, optimise, range_factors
 from echoplan.joint.optimisation.pose_factors import PosePrior, pose_factors
+from echoplan.joint.optimisation.priors import sonar_prior
 from echoplan.joint.optimisation.range_factors import as_arrays
 from echoplan.joint.optimisation.values import Values
 from echoplan.joint.search.alternatives import class_probabilities
@@ -32,7 +33,7 @@ from echoplan.joint.trajectory import dead_reckoned
 from echoplan.preprocessing.measurements import select_measurements, step_of
 from echoplan.preprocessing.servo import AS_RECORDED
 
-__all__ = ["marginalise", "survey"]
+__all__ = ["marginalise", "survey", "without_sonar"]
 
 # Cell along a wall [m], and number of places kept per cell, which bounds the memory.
 _CELL, _KEPT = 0.01, 4
@@ -141,6 +142,32 @@ def marginalise(estimate: Estimate, count: int) -> MarginalPrior:
         range_scale=estimate.marginal_prior.range_scale,
         path_xy=estimate.marginal_prior.path_xy,
     )
+
+
+def without_sonar(estimate: Estimate, marginal_prior: MarginalPrior) -> MarginalPrior:
+    """Return the prior of the landmarks alone, after all stations of an estimate were marginalised into a prior.
+
+    The sonar is eliminated with its own prior, by which alone consider parameters are known: the poses of a drive would
+    determine the scale of the map from errors of odometry.
+    """
+    state = Values(
+        features=as_arrays(marginal_prior.features, 0),
+        model=estimate.model,
+        latency=marginal_prior.latency,
+        servo=marginal_prior.servo or AS_RECORDED,
+    )
+    priors, layout = estimate.priors(estimate.noise, estimate.pose_prior), state.layout
+    own = sonar_prior(state, layout.sonar, priors, estimate.settings.optimiser)
+    information, vector = normal_equations([own], layout.size)
+    known = marginal_prior.summary.marginalised_onto(np.arange(layout.size))
+    joint = known._replace(
+        information=known.information + information, vector=known.vector + vector + information @ state.values
+    )
+    changes = consider_parameters(state, priors)
+    places = np.array([*changes])
+    means = state.values[places] + np.array([*changes.values()])
+    joint = joint.considered(places, means, own.weights[places - layout.sonar])
+    return replace(marginal_prior, summary=joint.marginalised_onto(np.arange(layout.sonar)))
 
 
 def _dead_reckoned(estimate: Estimate, count: int) -> FloatArray:

@@ -416,6 +416,18 @@ def test_walls_detected_again_close_the_loop() -> None:
     assert learned["range_scale"] == {"value": pytest.approx(0.0, abs=1e-6), "sigma": 0.002, "prior_sigma": 0.002}
 
 
+def test_a_wrong_scale_of_odometry_is_not_in_what_another_recording_goes_on_from() -> None:
+    drive = around_a_block()
+    mapper = JointMapper(drive.rig)
+    for sweep in drive:
+        mapper.add(replace(sweep, map_from_base=sweep.map_from_base * [1.03, 1.03, 1.0]))
+    known = mapper.prior()
+    assert known is not None
+    found = np.linalg.solve(known.summary.information, known.summary.vector)
+    # Poses alone would move walls by 0.1 m.
+    assert np.abs(found - np.concatenate([each.parameters for each in known.features])).max() < 0.01
+
+
 @pytest.mark.parametrize(
     ("specified", "farther"),
     [

@@ -55,6 +55,21 @@ class InformationPrior(NamedTuple):
             vector=self.vector[columns] - cross @ carried[:, -1],
         )
 
+    def considered(self, columns: IntArray, means: FloatArray, weights: FloatArray) -> "InformationPrior":
+        """Return the prior if some unknowns, by their positions here, are known by their own priors only.
+
+        Of these, ``means`` are the means and ``weights`` the inverse variances, shape (c,). The other unknowns, given
+        them, are as before (consider parameters; Schmidt 1966).
+        """
+        rest = np.setdiff1d(np.arange(len(self.columns)), columns)
+        inner = self.information[np.ix_(rest, rest)] + _TRACE * np.eye(len(rest))
+        cross = self.information[np.ix_(columns, rest)]
+        carried = solve(inner, np.column_stack([cross.T, self.vector[rest]]))
+        information, vector = self.information.copy(), self.vector.copy()
+        information[np.ix_(columns, columns)] = cross @ carried[:, :-1] + np.diag(weights)
+        vector[columns] = cross @ carried[:, -1] + weights * means
+        return InformationPrior(self.columns, information, vector)
+
 
 def prior(columns: ArrayLike, *, sigma: ArrayLike, residual: ArrayLike) -> LinearFactor:
     """Return a prior factor with one row per unknown; ``residual`` is the prior mean minus the present value."""

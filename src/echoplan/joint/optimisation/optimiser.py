@@ -51,6 +51,7 @@ __all__ = [
     "OptimiserSettings",
     "Priors",
     "Problem",
+    "consider_parameters",
     "geman_mcclure_variances",
     "heading_factors",
     "optimise",
@@ -96,7 +97,7 @@ def optimise(
     now, headings, units = start, _heading_measurements(measurements, start, priors), np.eye(start.layout.size)
     for _ in range(settings.max_iterations):
         linear = _linearise(measurements, now, priors, settings, headings=headings, known=known)
-        changes = _considered(now, priors)
+        changes = consider_parameters(now, priors)
         right = np.column_stack([linear.range_vector + linear.vector, *units[[*changes, latency]]])
         for damping in (0.0, *_DAMPINGS):
             step, *columns, by_latency = solve(linear.information + damping * units, right).T
@@ -145,7 +146,7 @@ def _rise(measurements: Measurements, now: Values, moved: Values, *, priors: Pri
     return float(of_readings + change @ (linear.rest @ change - 2.0 * linear.vector))
 
 
-def _considered(now: Values, priors: Priors) -> dict[int, float]:
+def consider_parameters(now: Values, priors: Priors) -> dict[int, float]:
     """Return by position the changes that put the consider parameters of the sonar at their prior means (Schmidt 1966).
 
     The walk exponent always is one: estimating it does not improve maps. While poses drift, the range scale is another:

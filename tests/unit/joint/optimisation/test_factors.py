@@ -117,3 +117,14 @@ def test_variables_without_information_can_be_marginalised() -> None:
     part = blind.marginalised_onto(np.array([0]))
     assert part.information.tolist() == [[4.0]]
     assert part.vector.tolist() == [8.0]
+
+
+def test_considered_variables_have_their_own_prior_and_the_others_given_them_are_as_before() -> None:
+    whole, places, rest = summary(), np.array([1, 4]), np.array([0, 2, 3])
+    means, variances = np.array([0.5, -2.0]), np.array([0.25, 0.04])
+    after = whole.considered(places, means, 1.0 / variances)
+    covariance = np.linalg.inv(after.information)
+    assert covariance[np.ix_(places, places)] == pytest.approx(np.diag(variances), abs=1e-6)
+    assert (covariance @ after.vector)[places] == pytest.approx(means, abs=1e-6)
+    assert np.array_equal(after.information[rest], whole.information[rest])
+    assert np.array_equal(after.vector[rest], whole.vector[rest])
