@@ -34,7 +34,7 @@ RECEIVED = {
     "/tf": "tf2_msgs/msg/TFMessage",
 }
 
-# A map is complete when all topics came, and neither a grid nor markers for so long [s]; it is waited for so long [s].
+# Seconds without a new grid or markers after which a map is complete, and for how long the robot waits for that [s].
 QUIET, PATIENCE = 1.0, 60.0
 
 

@@ -1,5 +1,6 @@
 """Marginalisation of the oldest stations, and the map of all stations together."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
@@ -54,12 +55,7 @@ def survey(estimate: Estimate, marginal_prior: MarginalPrior, path_xy: FloatArra
     for each in marginal_prior.features:
         if not _is_there(each):
             record_event(Decision.REMOVED, each, reason=Reason.INCONSISTENT)
-    state = Values(
-        features=as_arrays(found, 0),
-        model=estimate.model,
-        latency=marginal_prior.latency,
-        servo=marginal_prior.servo or AS_RECORDED,
-    )
+    state = _values(estimate, found, marginal_prior)
     nothing = select_measurements(estimate.recorded, np.zeros(len(estimate.recorded.readings), dtype=bool))
     priors = estimate.priors(estimate.noise, None)._replace(
         manhattan_prior=None, information_inflation=estimate.information_inflation()
@@ -89,6 +85,16 @@ def survey(estimate: Estimate, marginal_prior: MarginalPrior, path_xy: FloatArra
         settings=settings.map,
         ties=settings.optimiser.corner_factors,
         path_xy=path_xy,
+    )
+
+
+def _values(estimate: Estimate, features: Sequence[Hypothesis], marginal_prior: MarginalPrior) -> Values:
+    """Return landmarks and calibration after all stations were marginalised."""
+    return Values(
+        features=as_arrays(features, 0),
+        model=estimate.model,
+        latency=marginal_prior.latency,
+        servo=marginal_prior.servo or AS_RECORDED,
     )
 
 
@@ -145,17 +151,12 @@ def marginalise(estimate: Estimate, count: int) -> MarginalPrior:
 
 
 def without_sonar(estimate: Estimate, marginal_prior: MarginalPrior) -> MarginalPrior:
-    """Return the prior of the landmarks alone, after all stations of an estimate were marginalised into a prior.
+    """Return the marginal prior of an estimate, all of whose stations were marginalised, without the sonar.
 
-    The sonar is eliminated with its own prior, by which alone consider parameters are known: the poses of a drive would
-    determine the scale of the map from errors of odometry.
+    The sonar is marginalised out together with its prior. Consider parameters are known by that prior only: on a drive,
+    the readings would set the range scale to that of the odometry.
     """
-    state = Values(
-        features=as_arrays(marginal_prior.features, 0),
-        model=estimate.model,
-        latency=marginal_prior.latency,
-        servo=marginal_prior.servo or AS_RECORDED,
-    )
+    state = _values(estimate, marginal_prior.features, marginal_prior)
     priors, layout = estimate.priors(estimate.noise, estimate.pose_prior), state.layout
     own = sonar_prior(state, layout.sonar, priors, estimate.settings.optimiser)
     information, vector = normal_equations([own], layout.size)

@@ -416,7 +416,7 @@ def test_walls_detected_again_close_the_loop() -> None:
     assert learned["range_scale"] == {"value": pytest.approx(0.0, abs=1e-6), "sigma": 0.002, "prior_sigma": 0.002}
 
 
-def test_a_wrong_scale_of_odometry_is_not_in_what_another_recording_goes_on_from() -> None:
+def test_odometry_does_not_scale_the_landmarks_from_which_another_recording_goes_on() -> None:
     drive = around_a_block()
     mapper = JointMapper(drive.rig)
     for sweep in drive:
