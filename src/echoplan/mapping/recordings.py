@@ -148,8 +148,8 @@ def map_recordings(
     Raises
     ------
     InputError
-        If of several recordings, or one after a map, one has no pings or no positions, begins where those before it
-        show too little, or does not fit them.
+        If of several recordings, or one after a map, one has no pings or no positions, is given twice, begins where
+        those before it show too little, or does not fit them.
     """
     if len(recordings.sources) > 1 or known is not None:
         _check_readings(mapper.rig, recordings)
@@ -247,12 +247,17 @@ def check_sensors(recordings: Recordings, known: StartingMap | None) -> None:
 
 
 def _check_readings(rig: Rig, recordings: Recordings) -> None:
-    """Refuse recordings without pings or positions."""
+    """Refuse recordings without pings or positions, and one that is given twice."""
+    given = set[bytes]()
     for name, sweeps in zip(recordings.names, recordings.sweeps, strict=True):
         if not any(map(len, sweeps)):
             raise InputError(name, "it has no pings", remedy="leave it out")
         if find_faults(sweeps, rig).has_no_poses:
             raise InputError(name, "it has no positions", remedy="record the poses of the robot with it")
+        readings = b"".join(sweep.ranges.tobytes() for sweep in sweeps)
+        if readings in given:
+            raise InputError(name, "it is given twice, so its echoes would count twice", remedy="name it once")
+        given.add(readings)
 
 
 def _check_fit(name: str, before: FeatureMap, later: Looks, *, off: float) -> None:

@@ -52,6 +52,11 @@ def test_recordings_of_one_name_have_numbers() -> None:
     assert opened.names == ("rotary-array (recording 1)", "ring-16", "rotary-array (recording 3)")
 
 
+def test_one_recording_given_twice_is_refused() -> None:
+    with pytest.raises(InputError, match=r"\(recording 2\): it is given twice, so its echoes would count twice; name"):
+        map_source([open_source("sim:square,seed=1")] * 2)
+
+
 def test_a_recording_whose_first_pose_is_far_from_where_it_was_located_is_refused(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
