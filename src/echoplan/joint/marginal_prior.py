@@ -74,6 +74,11 @@ class MarginalPrior:
         """Whether no station was marginalised yet."""
         return not len(self.summary.columns)
 
+    @property
+    def recordings(self) -> int:
+        """Number of earlier recordings."""
+        return int(np.isnan(self.path_xy[:, 0]).sum())
+
     def near(self, centers_xy: FloatArray, reach: float) -> "MarginalPrior":
         """Return the prior of the landmarks within ``reach`` [m] of any of the stations, shape (s, 2) [m].
 

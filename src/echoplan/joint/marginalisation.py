@@ -244,13 +244,15 @@ def _going(estimate: Estimate, gone: BoolArray, count: int) -> _Marginalised:
 
 def _with_pasts(estimate: Estimate, going: _Marginalised) -> list[Hypothesis]:
     """Add the data of the marginalised stations to the track histories of the landmarks that they detected."""
-    radius_cost, issued = estimate.settings.search.radius_cost, estimate.marginal_prior.issued
+    radius_cost, prior = estimate.settings.search.radius_cost, estimate.marginal_prior
+    issued, features = prior.issued, list[Hypothesis]()
     classes = class_probabilities(estimate.likelihood, estimate.features, radius_cost=radius_cost)
-    features = []
     for number, (each, probabilities) in enumerate(zip(estimate.features, classes, strict=True)):
         if each.is_known or (each.llr_by_station[: going.size] > 0.0).any():
             issued += not each.is_known
-            history = each.history if each.is_known else replace(each.history, number=issued)
+            history = each.history
+            if not each.is_known:
+                history = replace(history, number=issued, recording=prior.recordings)
             history = _with_specular_points(history, number, estimate, going)
             # Class probabilities are those of the window in which the landmark has the greatest log-likelihood ratio.
             if (certainty := each.llr - each.history.llr) > history.certainty:

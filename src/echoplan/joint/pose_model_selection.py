@@ -21,6 +21,7 @@ from echoplan.joint.pose_correction.consistency import (
     log_evidence,
 )
 from echoplan.joint.pose_correction.pose_tracking import (
+    are_displaced,
     odometry_prediction,
     register_in_order,
     reregister_first_station,
@@ -55,15 +56,15 @@ def estimate_map(estimate: Estimate) -> Estimate:
     """Return the estimate of the pose model that is selected for the window; its pose status holds the reason."""
     solutions = list[Estimate]()
     for start in _starts(estimate):
-        initial = start.initialise() if start.marginal_prior.is_empty else start
-        tracked = None
-        if (drifting := _drifting(start, initial)) is not None:
+        # A map from poses that drift takes as long as to track them, and is rarely needed.
+        first, tracked = start if _drifts(start) else _first_map(start), None
+        if (drifting := _drifting(first)) is not None:
             tracked = _tracked(drifting)
             if _may_exceed_specification(tracked):
                 status = replace(drifting.pose_status, exceeds_specification=True)
                 loose = replace(drifting, trusts_specified_odometry=False, pose_status=status)
                 tracked = _with_likelier_noise(tracked, _tracked(loose))
-        found = _explained(initial, tracked)
+        found = _explained(first, tracked)
         if _is_in_question(found):
             if tracked is None and found.marginal_prior.pose_model is not PoseModel.ABSOLUTE:
                 tracked = _tracked(replace(found, pose_status=_alternative_status(found)))
@@ -79,45 +80,66 @@ def _starts(estimate: Estimate) -> list[Estimate]:
     return [estimate] if servo is None else [estimate, estimate.calibrate(servo)]
 
 
-def _drifting(start: Estimate, initial: Estimate) -> Estimate | None:
+def _first_map(start: Estimate) -> Estimate:
+    """Return the estimate with a first map from the recorded poses, unless it has one of marginalised stations."""
+    return start.initialise() if start.marginal_prior.is_empty else start
+
+
+def _drifts(start: Estimate) -> bool:
+    """Return True if poses come from odometry, or if a correction is requested: it tries odometry in any case."""
+    model = start.marginal_prior.pose_model
+    is_tried = _is_requested(start) and model is not PoseModel.ABSOLUTE
+    return model is PoseModel.ODOMETRY or _uses_odometry(start) or is_tried
+
+
+def _drifting(first: Estimate) -> Estimate | None:
     """Return the estimate whose poses are tracked first, or None.
 
-    Poses are tracked first if they come from odometry, or if many walls are duplicated in ``initial``, the map from the
-    recorded poses.
+    Poses are tracked first if they may come from odometry, or if many walls are duplicated in the first map.
     """
-    if start.marginal_prior.pose_model is PoseModel.ODOMETRY:
-        return replace(start, pose_status=start.marginal_prior.pose_status)
-    if _uses_odometry(start):
-        return replace(start, pose_status=_status(start, PoseReason.ODOMETRY))
-    is_checked = start.marginal_prior.is_empty and start.settings.poses is not PoseMode.TRUST
-    if is_checked and has_duplicated_walls(initial):
-        return replace(initial, pose_status=_status(start, PoseReason.DUPLICATED_WALLS))
+    if first.marginal_prior.pose_model is PoseModel.ODOMETRY:
+        return replace(first, pose_status=first.marginal_prior.pose_status)
+    if _drifts(first):
+        return replace(first, pose_status=_status(first, PoseReason.ODOMETRY))
+    is_checked = first.marginal_prior.is_empty and first.settings.poses is not PoseMode.TRUST
+    if is_checked and has_duplicated_walls(first):
+        return replace(first, pose_status=_status(first, PoseReason.DUPLICATED_WALLS))
     return None
 
 
-def _explained(initial: Estimate, tracked: Estimate | None) -> Estimate:
+def _explained(first: Estimate, tracked: Estimate | None) -> Estimate:
     """Return the estimate with the recorded poses, or the odometry solution if that is the better one.
 
     The recorded poses are not tried if nothing but odometry is possible.
     """
-    if tracked is not None and _is_surely_odometry(initial, tracked):
+    if tracked is not None and _is_surely_odometry(tracked):
         return tracked
-    explained = initial.explain()
+    explained = (_first_map(first) if _drifts(first) else first).explain()
     if explained.settings.poses is PoseMode.TRUST:
         return explained
-    if tracked is not None and _uses_odometry(initial):
+    if tracked is not None and _uses_odometry(first):
         return _better(replace(explained, pose_status=_uncorrected_status(explained)), tracked)
     reason = PoseReason.CONSISTENT if explained.arcs else PoseReason.TOO_FEW_ECHOES
     return replace(explained, pose_status=PoseStatus(reason=reason, inlier_ratio=inlier_ratio(explained)))
 
 
-def _is_surely_odometry(initial: Estimate, tracked: Estimate) -> bool:
+def _with_likelier_noise(tracked: Estimate, loose: Estimate) -> Estimate:
+    """Return the odometry solution with the specified noise, or with estimated noise if that is clearly more likely."""
+    # The log evidence omits the normalisation of the pose prior, which is smaller for the wider one.
+    wider = float(np.log(loose.odometry().sigmas[1:] / tracked.odometry().sigmas[1:]).sum())
+    return loose if _log_evidence(loose) > _log_evidence(tracked) + wider + VERY_STRONG else tracked
+
+
+def _is_surely_odometry(tracked: Estimate) -> bool:
     """Return True if the recorded poses cannot be better than the odometry solution."""
-    if initial.marginal_prior.pose_model is PoseModel.ODOMETRY:
+    if tracked.marginal_prior.pose_model is PoseModel.ODOMETRY:
         return True
-    if _uses_odometry(initial):
-        return initial.marginal_prior.is_empty and has_duplicated_walls(initial)
-    return not _may_be_waypoints(initial, tracked)
+    return _moved_walls(tracked) and (_uses_odometry(tracked) or not _may_be_waypoints(tracked))
+
+
+def _moved_walls(tracked: Estimate) -> bool:
+    """Return True if corrected poses explain the echoes, and recorded ones are so far off that walls are duplicated."""
+    return agrees(tracked) and bool(are_displaced(tracked.poses, tracked.measured_poses).any())
 
 
 def _uses_odometry(estimate: Estimate) -> bool:
@@ -140,13 +162,6 @@ def _may_exceed_specification(tracked: Estimate) -> bool:
     """Return True if the odometry noise is specified, no earlier window confirmed it, and poses contradict it."""
     is_specified = tracked.odometry_noise is not None and tracked.marginal_prior.pose_model is not PoseModel.ODOMETRY
     return is_specified and (not agrees(tracked) or contradicts_odometry(tracked))
-
-
-def _with_likelier_noise(tracked: Estimate, loose: Estimate) -> Estimate:
-    """Return the odometry solution with the specified noise, or with estimated noise if that is clearly more likely."""
-    # The log evidence omits the normalisation of the pose prior, which is smaller for the wider one.
-    wider = float(np.log(loose.odometry().sigmas[1:] / tracked.odometry().sigmas[1:]).sum())
-    return loose if _log_evidence(loose) > _log_evidence(tracked) + wider + VERY_STRONG else tracked
 
 
 def _status(estimate: Estimate, reason: PoseReason, *, ratio: float | None = None) -> PoseStatus:
@@ -239,7 +254,7 @@ def _absolute_alternatives(estimate: Estimate, tracked: Estimate | None) -> list
     and from the odometry poses follow, unless the recorded poses are consistent and the first solution is already
     better.
     """
-    if not _may_be_waypoints(estimate, tracked):
+    if not _may_be_waypoints(tracked or estimate):
         return []
     settings, solutions, status = estimate.settings.pose_errors, list[Estimate](), _alternative_status(estimate)
     priors = waypoint_prior(estimate.measured_poses, settings)
@@ -310,14 +325,15 @@ def _absolute(estimate: Estimate, status: PoseStatus) -> Estimate:
     return estimate
 
 
-def _may_be_waypoints(estimate: Estimate, tracked: Estimate | None = None) -> bool:
+def _may_be_waypoints(estimate: Estimate) -> bool:
     """Return True if there are few enough stations for the poses to be waypoints.
 
-    They are no waypoints if only the odometry solution is consistent, and its pose errors clearly accumulate.
+    They are no waypoints if the odometry solution explains the echoes from other poses, and its pose errors clearly
+    accumulate.
     """
     if len(estimate.measured_poses) > estimate.settings.max_waypoints:
         return False
-    if tracked is None or are_quantised(tracked.measured_poses):
+    if estimate.pose_model is not PoseModel.ODOMETRY or are_quantised(estimate.measured_poses):
         return True
-    adds_up = log_odds_absolute_vs_odometry(tracked.measured_poses, tracked.poses) < -_BEYOND_DOUBT
-    return not (adds_up and agrees(tracked) and not agrees(estimate))
+    adds_up = log_odds_absolute_vs_odometry(estimate.measured_poses, estimate.poses) < -_BEYOND_DOUBT
+    return not (adds_up and _moved_walls(estimate))

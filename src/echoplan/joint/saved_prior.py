@@ -21,8 +21,8 @@ from echoplan.model import ClassProbabilities
 __all__ = ["arrays_of", "prior_of_arrays"]
 
 # Columns of ``histories``, numbers of a track history, and their types.
-_NUMBERS = ("number", "llr", "best_llr", "supporting", "missing", "hidden", "passed", "pings", "certainty")
-_MAKE = (int, float, float, int, int, int, int, int, float)
+_NUMBERS = ("number", "recording", "llr", "best_llr", "supporting", "missing", "hidden", "passed", "pings", "certainty")
+_MAKE = (int, int, float, float, int, int, int, int, int, float)
 _CLASSES = ("wall", "corner", "cylinder")
 _ECHO = ("pings", "stations", "detections", "gain")
 
@@ -78,7 +78,7 @@ def prior_of_arrays(arrays: Mapping[str, FloatArray]) -> MarginalPrior:
     if not np.isin(reflectors[:, 0], [int(kind) for kind in Kind]).all():
         raise InvalidValueError("landmarks has a class that is not known")
     size, extents = int(PARAMETERS[kinds].sum()), checked("extents", len(kinds), 2)
-    noise, issued, range_scale = checked("numbers", 3)
+    (noise, issued, range_scale), path_xy = checked("numbers", 3), checked("path", None, 2)
     information = checked("information", size, size)
     scale = float(np.abs(information).max(initial=1.0))
     if not np.allclose(information, information.T, rtol=0.0, atol=1e-9 * scale) or (
@@ -105,7 +105,8 @@ def prior_of_arrays(arrays: Mapping[str, FloatArray]) -> MarginalPrior:
         noise=float(noise),
         issued=int(issued),
         range_scale=float(range_scale),
-        path_xy=_path(checked),
+        # Rows of NaN separate recordings.
+        path_xy=np.insert(path_xy, np.flatnonzero(np.diff(checked("path_of", len(path_xy)))) + 1, np.nan, axis=0),
     )
 
 
@@ -171,10 +172,3 @@ def _parts(checked: _Checked, name: str, count: int) -> list[FloatArray]:
     values = checked(name, None)
     of = checked(f"{name}_of", len(values))
     return [values[of == place] for place in range(count)]
-
-
-def _path(checked: _Checked) -> FloatArray:
-    """Return the path of several recordings, with a row of NaN between them."""
-    path_xy = checked("path", None, 2)
-    of = checked("path_of", len(path_xy))
-    return np.insert(path_xy, np.flatnonzero(np.diff(of)) + 1, np.nan, axis=0)

@@ -18,7 +18,7 @@ __all__ = ["PRIOR", "StartingMap", "read_start", "sensors_of", "write_prior"]
 
 PRIOR = "prior.npz"
 # Version of the arrays; others are refused.
-_VERSION = 2.0
+_VERSION = 3.0
 _REMEDY = "make the map again with echoplan map"
 
 

@@ -118,6 +118,11 @@ def recording_step(estimates: list[Any]) -> Callable[..., Any]:
     return step
 
 
+def moving_stations(by: float) -> Callable[..., Any]:
+    """Return a step that moves and turns all stations [m, rad]."""
+    return lambda estimate, *_: replace(estimate, poses=estimate.poses + by)
+
+
 def replace_steps(monkeypatch: pytest.MonkeyPatch, **answers: Any) -> None:
     """Replace the steps of the selection by ones that change nothing, or by the given ones."""
     tracking: dict[str, Any] = {
@@ -275,6 +280,7 @@ def test_absolute_poses_are_not_tried_if_errors_clearly_accumulate(
         "are_quantised": lambda measured_poses: round_,
         "has_duplicated_walls": lambda estimate: duplicated,
         "rearranged": recording_step(thought),
+        "register_in_order": moving_stations(0.1),
     }
     found = selected(monkeypatch, agree={PoseModel.ODOMETRY}, log_evidence_without_bias=STEPS_FIRST, others=others)
     assert found.pose_model is PoseModel.ODOMETRY
@@ -510,12 +516,26 @@ def test_poses_are_refined_while_the_log_evidence_grows(monkeypatch: pytest.Monk
     estimate = fake_estimate(5, settings=EstimateSettings(poses=PoseMode.CORRECT, max_waypoints=0))
     replace_steps(
         monkeypatch,
-        agrees=lambda estimate: False,
+        agrees=lambda estimate: True,
         log_evidence=lambda estimate: log_evidence_without_bias[estimate.settled],
-        has_duplicated_walls=lambda estimate: True,
+        register_in_order=moving_stations(1.0),
     )
     best: Any = estimate_map(estimate)  # type: ignore[arg-type]
     assert best.settled == 3
+
+
+@pytest.mark.parametrize(("explained", "moved", "tried"), [(True, 0.1, False), (True, 0.01, True), (False, 0.1, True)])
+def test_recorded_poses_are_tried_unless_odometry_explains_the_echoes_and_moved_stations(
+    monkeypatch: pytest.MonkeyPatch, *, explained: bool, moved: float, tried: bool
+) -> None:
+    found = selected(
+        monkeypatch,
+        agree={PoseModel.ODOMETRY} if explained else set(),
+        log_evidence_without_bias=NEITHER,
+        odometry_noise=Odometry(),
+        others={"register_in_order": moving_stations(moved)},
+    )
+    assert found.pose_model is (PoseModel.FIXED if tried else PoseModel.ODOMETRY)
 
 
 def test_multipath_walls_are_removed_after_class_selection_and_before_calibration(

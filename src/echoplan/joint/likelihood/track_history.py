@@ -41,6 +41,8 @@ class TrackHistory:
 
     # Identifier of the landmark; -1 without a history.
     number: int = -1
+    # Number of earlier recordings, none of which detected it.
+    recording: int = 0
     # Log-likelihood ratio from these stations [nats].
     llr: float = 0.0
     # Greatest contribution of one of them [nats].

@@ -8,7 +8,7 @@ import numpy as np
 
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.geometry import directions
-from echoplan.joint.map_extraction.segment import PARALLEL, Segment
+from echoplan.joint.map_extraction.segment import PARALLEL, Segment, path_since
 from echoplan.joint.map_extraction.surroundings import Beside, points_on
 
 __all__ = ["Bodies"]
@@ -76,6 +76,7 @@ def _depths(front: Segment, segments: Sequence[Segment], path_xy: FloatArray) ->
     backs = [-each.depth for each in beside if each.depth < 0.0 and each.first < front.high and front.low < each.last]
     if backs:
         return min(backs), min(backs)
-    places, depths = path_xy @ front.along, path_xy @ directions(normal_angle) - offset
+    driven_xy = path_since(front.wall, path_xy)
+    places, depths = driven_xy @ front.along, driven_xy @ directions(normal_angle) - offset
     driven = depths[(places > front.low) & (places < front.high) & (depths > 0.0)]
     return 0.0, float(driven.min(initial=math.inf))

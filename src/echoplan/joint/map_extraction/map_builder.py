@@ -14,7 +14,7 @@ from echoplan.geometry import crosses_segments, path_crossings, wrap
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.map_extraction.corners import Vertex
 from echoplan.joint.map_extraction.openings import Gap, merged_faces
-from echoplan.joint.map_extraction.segment import End, Segment
+from echoplan.joint.map_extraction.segment import End, Segment, path_since
 from echoplan.joint.map_extraction.surroundings import backs_of, fronts_of, is_filled
 from echoplan.joint.optimisation.corner_factors import CornerFactorSettings, constrained_corners, crossing_jacobian
 from echoplan.joint.optimisation.manhattan import ManhattanPrior
@@ -190,7 +190,8 @@ class MapBuilder:
 
     def _beside_path(self, segment: Segment, low: float, high: float) -> list[float]:
         """Clip what is drawn beyond a segment at the path of the robot."""
-        crossings, middle = path_crossings(segment.wall.line, self.path_xy), (segment.low + segment.high) / 2
+        wall, middle = segment.wall, (segment.low + segment.high) / 2
+        crossings = path_crossings(wall.line, path_since(wall, self.path_xy))
         before = max(crossings[crossings <= middle], default=-math.inf)
         after = min(crossings[crossings > middle], default=math.inf)
         return [max(low, before + _CLEAR), min(high, after - _CLEAR)]
@@ -218,7 +219,7 @@ class MapBuilder:
     def _gap(self, pair: tuple[int, int], drawn: tuple[_Drawn, _Drawn], path_xy: FloatArray) -> Gap:
         (one, other), (before, after), segment = pair, drawn, self.segments[pair[0]]
         low, high, line = before.places[1], after.places[0], segment.wall.line
-        ends, crossings = (before.ends[1], after.ends[0]), path_crossings(line, path_xy)
+        ends, crossings = (before.ends[1], after.ends[0]), path_crossings(line, path_since(segment.wall, path_xy))
         passed = bool(((crossings > low) & (crossings < high)).any())
         is_open = (
             segment.is_free(low, high)

@@ -9,7 +9,7 @@ import numpy as np
 from echoplan.arrays import FloatArray
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 
-__all__ = ["CELL", "CERTAIN", "PARALLEL", "End", "Segment"]
+__all__ = ["CELL", "CERTAIN", "PARALLEL", "End", "Segment", "path_since"]
 
 # Width of a cell of a line [m].
 CELL = 0.02
@@ -147,3 +147,14 @@ class Segment:
         place = float(point_xy @ self.along)
         end = self.high if self.is_upper(point_xy) else self.low
         return self.is_free(min(end, place) + _AT_END, max(end, place) - _AT_END)
+
+
+def path_since(wall: Hypothesis, path_xy: FloatArray) -> FloatArray:
+    """Return the path of the robot from the recording on that detected a wall first, shape (p, 2) [m].
+
+    Where the robot drove in earlier recordings, somebody may have put something since. ``path_xy`` has a row of NaN
+    after each earlier recording.
+    """
+    starts = np.append(0, np.flatnonzero(np.isnan(path_xy[:, 0])) + 1)
+    # A path that does not count is empty.
+    return path_xy[starts[min(wall.history.recording, len(starts) - 1)] :]

@@ -21,7 +21,7 @@ from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.map_extraction.bodies import Bodies
 from echoplan.joint.map_extraction.endpoint_views import OFFSETS
 from echoplan.joint.map_extraction.markov_chain import Chain, smoothed
-from echoplan.joint.map_extraction.segment import CELL, CERTAIN, End, Segment
+from echoplan.joint.map_extraction.segment import CELL, CERTAIN, End, Segment, path_since
 from echoplan.joint.map_extraction.surroundings import (
     CornerOnLine,
     Obstacles,
@@ -95,7 +95,7 @@ def find_segments(
             others = [each for each in before if each.owner != number]
             narrow, wide = Obstacles.of(others), Obstacles.of(others, discs, settings.margin)
             corners = corners_on(number, wall, before, echoes)
-            passed = _near(path_crossings(wall.line, path_xy), wall.history.line.feet)
+            passed = _near(path_crossings(wall.line, path_since(wall, path_xy)), wall.history.line.feet)
             places = np.concatenate([passed, [each.place for each in corners]])
             line = _Line.of(
                 number,

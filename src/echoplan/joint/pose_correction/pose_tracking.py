@@ -8,8 +8,8 @@ from typing import TypeAlias
 import numpy as np
 
 from echoplan.acoustics.predicted_echo import Kind
-from echoplan.arrays import FloatArray
-from echoplan.geometry import compose, directions, invert
+from echoplan.arrays import BoolArray, FloatArray
+from echoplan.geometry import compose, directions, invert, wrap
 from echoplan.joint.arcs import arc_planes
 from echoplan.joint.estimate import Estimate
 from echoplan.joint.likelihood_cache import LikelihoodCache
@@ -19,6 +19,7 @@ from echoplan.joint.search.scan_matching import LandmarkMap, LocalScan, best_sco
 from echoplan.preprocessing.measurements import first_stations
 
 __all__ = [
+    "are_displaced",
     "local_scan_of",
     "local_scans_of",
     "odometry_prediction",
@@ -43,8 +44,8 @@ _FEW = 4
 # Standard deviations of the first pose given its own arcs [m, m, rad]; log-likelihood ratio from which it is moved:
 # strong evidence [nats] (Kass and Raftery 1995).
 _HERE, _STRONG = np.array([0.005, 0.005, math.radians(0.5)]), 3.0
-# A first station that is displaced by no more than this agrees with the others; by more, and its walls are taken for
-# other walls [m, rad].
+# A station that is displaced by no more than this agrees with the others; by more, and its walls are taken for other
+# walls [m, rad].
 _JOINED = (0.05, math.radians(3.0))
 
 
@@ -131,11 +132,17 @@ def reregister_first_station(estimate: Estimate, priors: PosePrior) -> Estimate:
         pose, score = locate(scan, others, guess, rest, estimate.settings.localisation)
         if score - 0.5 * turn**2 > most:
             found, most = pose, score - 0.5 * turn**2
-    off = compose(invert(estimate.poses[0]), found)
-    if math.hypot(off[0], off[1]) <= _JOINED[0] and abs(off[2]) <= _JOINED[1]:
+    if not are_displaced(found, estimate.poses[0]):
         return estimate
     joined = compose(compose(estimate.poses[0], invert(found)), estimate.poses[1:])
     return replace(estimate, poses=np.concatenate([estimate.poses[:1], joined]), features=estimate.known)
+
+
+def are_displaced(poses: FloatArray, others: FloatArray) -> BoolArray:
+    """Return which poses, shape (..., 3), are so far from others that their walls are taken for other walls."""
+    off = compose(invert(others), poses)
+    displaced: BoolArray = (np.hypot(off[..., 0], off[..., 1]) > _JOINED[0]) | (np.abs(wrap(off[..., 2])) > _JOINED[1])
+    return displaced
 
 
 def up_to_station(estimate: Estimate, count: int) -> Estimate:

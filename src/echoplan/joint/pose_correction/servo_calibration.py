@@ -130,18 +130,22 @@ def _log_likelihood(planes: _Planes, reach: float, gain: float, offset: float) -
     turns = offset + (gain - 1.0) * planes.angles
     places = planes.hubs + planes.arms * np.exp(1j * turns)
     normals = np.exp(1j * (planes.normals + turns))
+    depths, sigmas = planes.depths, planes.sigmas
     anywhere, total = 1.0 / (2.0 * math.pi * reach), 0.0
+    densities, others = np.zeros(len(turns)), np.zeros(len(turns))
     for one in range(len(turns)):
-        density, others = 0.0, 0
-        for other in range(len(turns)):
+        for other in range(one):
             if planes.stations[one] != planes.stations[other]:
-                others += 1
+                others[one] += 1.0
+                others[other] += 1.0
                 away = places[one] - places[other]
                 pair = normals[one], normals[other]
-                depths = planes.depths[one], planes.depths[other]
-                sigmas = planes.sigmas[one], planes.sigmas[other]
-                density += max(_of_one_wall(away, pair, depths, sigmas), _of_one_point(away, pair, depths, sigmas))
-        likely = _ALONE + (1.0 - _ALONE) * density / (max(others, 1) * anywhere)
+                both, each = (depths[one], depths[other]), (sigmas[one], sigmas[other])
+                wall, point = _of_one_wall(away, pair, both, each), _of_one_point(away, pair, both, each)
+                densities[one] += max(wall, depths[one] * point)
+                densities[other] += max(wall, depths[other] * point)
+    for one in range(len(turns)):
+        likely = _ALONE + (1.0 - _ALONE) * densities[one] / (max(others[one], 1.0) * anywhere)
         total += 0.5 * planes.weights[one] * math.log(likely)
     return total
 
@@ -151,7 +155,7 @@ def _of_one_wall(
     away: complex, normals: tuple[complex, complex], depths: tuple[float, float], sigmas: tuple[float, float]
 ) -> float:
     """Return the density of an arc if it is of the same wall as another one of uncertain normal [1/(rad m)]."""
-    turned, variance = np.angle(normals[0] / normals[1]), sigmas[0] ** 2 + sigmas[1] ** 2
+    turned, variance = np.angle(normals[0] * normals[1].conjugate()), sigmas[0] ** 2 + sigmas[1] ** 2
     if turned**2 > _FAR**2 * variance:
         return 0.0
     # The most likely common normal, and the distance of the planes along it.
@@ -168,7 +172,7 @@ def _of_one_wall(
 def _of_one_point(
     away: complex, normals: tuple[complex, complex], depths: tuple[float, float], sigmas: tuple[float, float]
 ) -> float:
-    """Return the density of an arc if it is of the same point as another one [1/(rad m)]."""
+    """Return the density of an arc if it is of the same point as another one [1/m^2]; times its depth, [1/(rad m)]."""
     apart = away + depths[0] * normals[0] - depths[1] * normals[1]
     if abs(apart) > _FAR * (_DEPTH + sigmas[0] * depths[0] + sigmas[1] * depths[1]):
         return 0.0
@@ -180,5 +184,4 @@ def _of_one_point(
         xy += (along - across) * normal.real * normal.imag
     determinant = xx * yy - xy**2
     square = (yy * apart.real**2 - 2.0 * xy * apart.real * apart.imag + xx * apart.imag**2) / determinant
-    # Jacobian of the change from area to depth and angle.
-    return depths[0] * math.exp(-0.5 * square) / (2.0 * math.pi * math.sqrt(determinant))
+    return math.exp(-0.5 * square) / (2.0 * math.pi * math.sqrt(determinant))

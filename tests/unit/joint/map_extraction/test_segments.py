@@ -118,6 +118,15 @@ def test_the_path_of_the_robot_outweighs_any_number_of_detections() -> None:
     assert -0.15 < before.high < 0.03 < after.low < 0.2
 
 
+@pytest.mark.parametrize(("recording", "parts"), [(0, 2), (1, 2), (2, 1)])
+def test_a_wall_may_stand_where_the_robot_drove_in_recordings_before_it(recording: int, parts: int) -> None:
+    gap = np.full((1, 2), np.nan)
+    path_xy = np.vstack([across(10.0), gap, across(0.04), gap, across(20.0)])
+    (east,) = remembered(detecting(listening(row()), [LONG]), [EAST])
+    later = replace(east, history=replace(east.history, recording=recording))
+    assert len(segments_of([later], path_xy=path_xy)) == parts
+
+
 @pytest.mark.parametrize(("crossings", "parts"), [((), 1), ((0.07,), 1), ((0.04, 0.06, 0.07, 0.09), 2)])
 def test_repeated_crossings_of_sound_open_a_wall(crossings: tuple[float, ...], parts: int) -> None:
     (east,) = remembered(detecting(listening(row()), [LONG]), [EAST])
