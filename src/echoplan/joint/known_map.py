@@ -13,6 +13,7 @@ from echoplan.joint.landmarks import LANDMARKS
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.ping_scores import NO_PING_SCORES
 from echoplan.joint.likelihood.track_history import TrackHistory
+from echoplan.joint.map_extraction.endpoint_views import OFFSETS
 from echoplan.joint.map_extraction.segment import Segment
 from echoplan.joint.map_extraction.segments import SegmentSettings, find_segments
 from echoplan.joint.marginal_prior import MarginalPrior
@@ -32,8 +33,6 @@ _MIN_SIGMA = 1e-4
 _PERSISTENT_LLR = 36.0
 # Log-likelihood ratio of a wall at the foot of a station from which the station detected it [nats].
 _CLEAR_LLR = 5.0
-# Share of the extent of a line that one segment covers if that is all there is on it.
-_WHOLE = 0.8
 # Standard deviations of a first pose that scan matching found [m, m, rad].
 _FIRST_SIGMAS = np.array([0.05, 0.05, np.radians(3.0)])
 
@@ -137,11 +136,11 @@ def _persistent(prior: MarginalPrior, settings: SegmentSettings) -> list[Hypothe
 
 
 def _is_one_piece(landmark: Hypothesis, segments: Sequence[Segment]) -> bool:
-    """Return True if a landmark is no wall, or if its only segment covers most of its extent."""
+    """Return True if a landmark is no wall, or a single segment that was not detected far past its ends."""
     if not landmark.is_wall:
         return True
     low, high = landmark.extent
-    return len(segments) == 1 and segments[0].high - segments[0].low > _WHOLE * (high - low)
+    return len(segments) == 1 and max(segments[0].low - low, high - segments[0].high) < OFFSETS[-1]
 
 
 def _movable(landmark: Hypothesis) -> Hypothesis:

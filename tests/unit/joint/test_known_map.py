@@ -178,7 +178,10 @@ def line(extent: tuple[float, float], *, walls: tuple[tuple[float, float], ...],
     )
 
 
-@pytest.mark.parametrize(("walls", "movable"), [(((0.0, 2.0),), True), (((0.0, 0.7), (1.5, 2.0)), False)])
+@pytest.mark.parametrize(
+    ("walls", "movable"),
+    [(((0.0, 2.0),), True), (((0.0, 0.7), (1.5, 2.0)), False), (((0.3, 1.7),), True), (((0.0, 1.4),), False)],
+)
 def test_what_is_one_piece_may_have_been_moved_since_another_recording(
     walls: tuple[tuple[float, float], ...], *, movable: bool
 ) -> None:
