@@ -3,7 +3,8 @@
 A wall, or a piece of one, is gone if it is no longer in the map and the robot measured through its place when it
 detected another wall, or if stations that face it clearly do not detect it: what no station looked at again is not
 gone.  It is new if the robot had looked at its place before, in one of these ways; else it is merely mapped for the
-first time.  For cylinders, only lines of sight count.
+first time.  What a map inferred, and what lies within the 95 % interval of the end of a wall, is neither.  For
+cylinders, only lines of sight count.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -34,6 +35,8 @@ _JOINED = 0.1
 # Log probability of non-detections up to which there was no wall [nats]: that of three stations that miss it entirely.
 # Two remove a landmark, but both may have stood behind something that is not in the map.
 _MISSED = -3.0 * STRONGEST_MISS
+# Half the width of a 95 % interval [sigmas].
+_HALF_OF_95 = 1.96
 # What a view must extend beyond a piece on both sides, so that the robot surely measured through it [m].
 _BEYOND = 0.1
 
@@ -133,13 +136,15 @@ def _trimmed(views: FloatArray) -> shapely.STRtree:
 
 
 def _pieces(there: FeatureMap, other: FeatureMap) -> list[Wall]:
-    """Return the pieces of walls that were detected in one map and are not in the other, not even inferred."""
+    """Return the pieces of walls that are certain in one map and are not in the other, not even inferred."""
     known = shapely.union_all(shapely.buffer(_lines(other.walls), _SAME))
-    detected = []
+    certain = []
     for wall, line in zip(there.walls, _lines(there.walls), strict=True):
-        first = min(wall.inferred[0], line.length)
-        detected.append(substring(line, first, max(first, line.length - wall.inferred[1])))
-    pieces, owners = shapely.get_parts(shapely.difference(np.array(detected, dtype=object), known), return_index=True)
+        # Sigmas that are not estimated are NaN.
+        start, end = np.fmax(wall.inferred, _HALF_OF_95 * wall.endpoint_sigmas)
+        first = min(start, line.length)
+        certain.append(substring(line, first, max(first, line.length - end)))
+    pieces, owners = shapely.get_parts(shapely.difference(np.array(certain, dtype=object), known), return_index=True)
     is_long = shapely.length(pieces) >= _SAME
     pieces, owners = pieces[is_long], owners[is_long]
     return [

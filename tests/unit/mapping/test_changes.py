@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from numpy.typing import ArrayLike
 
 from echoplan.arrays import FloatArray
@@ -87,6 +88,16 @@ def test_the_end_of_a_wall_is_gone_only_if_the_robot_measured_through_it() -> No
     most = [[2.0, -2.0], [2.0, 1.0]]
     assert not changes(room(EAST, long), room(EAST, most), later=np.zeros((0, 2, 2)))
     assert changes(room(EAST, long), room(EAST, short)).gone_walls
+
+
+@pytest.mark.parametrize(("sigma", "count"), [(np.nan, 1), (0.3, 1), (0.6, 0)])
+def test_an_uncertain_end_of_a_wall_is_neither_gone_nor_new(sigma: float, count: int) -> None:
+    # The walls differ by 1 m.
+    short = room(EAST, [[2.0, -2.0], [2.0, -0.5]])
+    rough = replace(wall([[2.0, -2.0], [2.0, 0.5]]), endpoint_sigmas=np.array([np.nan, sigma]))
+    long = replace(short, walls=(wall(EAST), rough))
+    assert len(changes(long, short).gone_walls) == count
+    assert len(changes(short, long).new_walls) == count
 
 
 def test_what_was_only_inferred_is_neither_gone_nor_new() -> None:
