@@ -93,7 +93,8 @@ def register_in_order(estimate: Estimate, priors: PosePrior, expected: Predictio
         if score <= _UNDERSTOOD * best_score(scans[station], settings):
             count, noise = station + 1, estimate.settings.pose_errors.tracking_sigma
             steps = priors._replace(measured_poses=priors.measured_poses[:count], sigmas=priors.sigmas[:count])
-            part = replace(up_to_station(estimate, count), noise=noise).search(rounds=1).alternate(noise, steps, 2)
+            part = replace(up_to_station(estimate, count), noise=noise).search(rounds=1)
+            part = part.optimise(noise, steps).rescore(noise)
             poses = np.concatenate([part.poses, estimate.poses[station + 1 :]])
             estimate, known = replace(estimate, poses=poses, features=part.features), _landmark_map(part)
     return estimate
