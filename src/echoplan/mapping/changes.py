@@ -3,7 +3,7 @@
 A wall, or a piece of one, is gone if it is no longer in the map and the robot measured through its place when it
 detected another wall, or if stations that face it clearly do not detect it: what no station looked at again is not
 gone.  It is new if the robot had looked at its place before, in one of these ways; else it is merely mapped for the
-first time.  What a map inferred, and what lies within the 95 % interval of the end of a wall, is neither.  For
+first time.  What a map inferred, and a difference within the 95 % interval of the end of a wall, is neither.  For
 cylinders, only lines of sight count.
 """
 
@@ -37,6 +37,8 @@ _JOINED = 0.1
 _MISSED = -3.0 * STRONGEST_MISS
 # Half the width of a 95 % interval [sigmas].
 _HALF_OF_95 = 1.96
+# What rounding may move [m].
+_EXACT = 1e-3
 # What a view must extend beyond a piece on both sides, so that the robot surely measured through it [m].
 _BEYOND = 0.1
 
@@ -136,22 +138,35 @@ def _trimmed(views: FloatArray) -> shapely.STRtree:
 
 
 def _pieces(there: FeatureMap, other: FeatureMap) -> list[Wall]:
-    """Return the pieces of walls that are certain in one map and are not in the other, not even inferred."""
+    """Return the pieces of walls that were detected in one map and are not in the other, not even inferred.
+
+    Of a wall that one map draws longer, the difference counts only if it is longer than its ends are certain.
+    """
     known = shapely.union_all(shapely.buffer(_lines(other.walls), _SAME))
-    certain = []
-    for wall, line in zip(there.walls, _lines(there.walls), strict=True):
-        # Sigmas that are not estimated are NaN.
-        start, end = np.fmax(wall.inferred, _HALF_OF_95 * wall.endpoint_sigmas)
-        first = min(start, line.length)
-        certain.append(substring(line, first, max(first, line.length - end)))
-    pieces, owners = shapely.get_parts(shapely.difference(np.array(certain, dtype=object), known), return_index=True)
-    is_long = shapely.length(pieces) >= _SAME
-    pieces, owners = pieces[is_long], owners[is_long]
+    detected = np.array([_without_ends(each, each.inferred) for each in there.walls], dtype=object)
+    certain = np.array([_without_ends(each, _uncertain(each)) for each in there.walls], dtype=object)
+    pieces, owners = shapely.get_parts(shapely.difference(detected, known), return_index=True)
+    overlaps = shapely.length(shapely.intersection(shapely.buffer(pieces, _EXACT), certain[owners]))
+    pieces, owners = pieces[overlaps >= _SAME], owners[overlaps >= _SAME]
     return [
         replace(there.walls[owner], endpoints_xy=shapely.get_coordinates(piece))
         for piece, owner, body in zip(pieces, owners, _bodies(pieces), strict=True)
         if body.length >= _SHORTEST
     ]
+
+
+def _without_ends(wall: Wall, lengths: FloatArray) -> shapely.LineString:
+    """Return a wall without some length at its start and at its end [m]."""
+    first = min(lengths[0], wall.length)
+    return substring(shapely.LineString(wall.endpoints_xy), first, max(first, wall.length - lengths[1]))
+
+
+def _uncertain(wall: Wall) -> FloatArray:
+    """Return the lengths at the start and at the end of a wall that may not exist, shape (2,) [m]; its middle does."""
+    half_intervals = (_HALF_OF_95 * wall.endpoint_sigmas).clip(max=max(0.5 * wall.length - _SAME, 0.0))
+    # A sigma that was not estimated is NaN.
+    lengths: FloatArray = np.fmax(wall.inferred, half_intervals)
+    return lengths
 
 
 def _bodies(pieces: _Shapes) -> _Shapes:
