@@ -131,10 +131,13 @@ def _with_likelier_noise(tracked: Estimate, loose: Estimate) -> Estimate:
 
 
 def _is_surely_odometry(tracked: Estimate) -> bool:
-    """Return True if the recorded poses cannot be better than the odometry solution."""
+    """Return True if the recorded poses cannot be better than the odometry solution.
+
+    They cannot if they were tracked because they duplicate walls, and are no waypoints.
+    """
     if tracked.marginal_prior.pose_model is PoseModel.ODOMETRY:
         return True
-    return _moved_walls(tracked) and (_uses_odometry(tracked) or not _may_be_waypoints(tracked))
+    return _moved_walls(tracked) if _uses_odometry(tracked) else not _may_be_waypoints(tracked)
 
 
 def _moved_walls(tracked: Estimate) -> bool:
