@@ -506,6 +506,13 @@ def test_many_stations_are_corrected_only_with_more_log_evidence(
     )
 
 
+def test_duplicated_walls_of_many_stations_are_corrected_without_a_comparison(monkeypatch: pytest.MonkeyPatch) -> None:
+    others = {"has_duplicated_walls": lambda estimate: True}
+    many = EstimateSettings().max_waypoints + 1
+    found = selected(monkeypatch, agree=set(), log_evidence_without_bias=NEITHER, stations=many, others=others)
+    assert found.pose_model is PoseModel.ODOMETRY
+
+
 def test_poses_of_two_stations_are_not_corrected(monkeypatch: pytest.MonkeyPatch) -> None:
     assert selected(monkeypatch, agree=set(), stations=2).pose_model is PoseModel.FIXED
 
