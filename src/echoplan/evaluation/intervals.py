@@ -6,11 +6,9 @@ from math import nan
 import numpy as np
 
 from echoplan.arrays import FloatArray, checked_floats, store
+from echoplan.model import HALF_OF_95
 
 __all__ = ["IntervalErrors"]
-
-# Half the width of a 95 % interval, in standard deviations.
-_HALF_WIDTH = 1.96
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -58,5 +56,5 @@ class IntervalErrors:
     def share_inside(self) -> float:
         """Share of the true lengths inside their 95 % interval; nan where the map gives none."""
         known = np.isfinite(self.sigmas)
-        inside = np.abs(self.errors[known]) <= _HALF_WIDTH * self.sigmas[known]
+        inside = np.abs(self.errors[known]) <= HALF_OF_95 * self.sigmas[known]
         return float(inside.mean()) if len(inside) else nan

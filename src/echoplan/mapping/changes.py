@@ -3,8 +3,8 @@
 A wall, or a piece of one, is gone if it is no longer in the map and the robot measured through its place when it
 detected another wall, or if stations that face it clearly do not detect it: what no station looked at again is not
 gone.  It is new if the robot had looked at its place before, in one of these ways; else it is merely mapped for the
-first time.  What a map inferred, and a difference within the 95 % interval of the end of a wall, is neither.  For
-cylinders, only lines of sight count.
+first time.  What a map inferred is neither gone nor new, and neither is a wall that is longer or shorter than before by
+less than the 95 % interval of its end.  For cylinders, only lines of sight count.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -18,7 +18,7 @@ from shapely.ops import substring
 
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.joint.likelihood.hypothesis_scores import STRONGEST_MISS
-from echoplan.model import Changes, Cylinder, FeatureMap, Wall
+from echoplan.model import HALF_OF_95, Changes, Cylinder, FeatureMap, Wall
 
 __all__ = ["Looks", "contradicts", "find_changes", "later_views"]
 
@@ -35,9 +35,7 @@ _JOINED = 0.1
 # Log probability of non-detections up to which there was no wall [nats]: that of three stations that miss it entirely.
 # Two remove a landmark, but both may have stood behind something that is not in the map.
 _MISSED = -3.0 * STRONGEST_MISS
-# Half the width of a 95 % interval [sigmas].
-_HALF_OF_95 = 1.96
-# What rounding may move [m].
+# Errors of rounding are smaller [m].
 _EXACT = 1e-3
 # What a view must extend beyond a piece on both sides, so that the robot surely measured through it [m].
 _BEYOND = 0.1
@@ -140,7 +138,7 @@ def _trimmed(views: FloatArray) -> shapely.STRtree:
 def _pieces(there: FeatureMap, other: FeatureMap) -> list[Wall]:
     """Return the pieces of walls that were detected in one map and are not in the other, not even inferred.
 
-    Of a wall that one map draws longer, the difference counts only if it is longer than its ends are certain.
+    A wall that is longer in one map counts only if it is longer by more than the 95 % interval of its end.
     """
     known = shapely.union_all(shapely.buffer(_lines(other.walls), _SAME))
     detected = np.array([_without_ends(each, each.inferred) for each in there.walls], dtype=object)
@@ -162,8 +160,9 @@ def _without_ends(wall: Wall, lengths: FloatArray) -> shapely.LineString:
 
 
 def _uncertain(wall: Wall) -> FloatArray:
-    """Return the lengths at the start and at the end of a wall that may not exist, shape (2,) [m]; its middle does."""
-    half_intervals = (_HALF_OF_95 * wall.endpoint_sigmas).clip(max=max(0.5 * wall.length - _SAME, 0.0))
+    """Return the lengths at the start and at the end of a wall that may not be wall, shape (2,) [m]."""
+    # The middle of a wall exists, however short it is.
+    half_intervals = (HALF_OF_95 * wall.endpoint_sigmas).clip(max=max(0.5 * wall.length - _SAME, 0.0))
     # A sigma that was not estimated is NaN.
     lengths: FloatArray = np.fmax(wall.inferred, half_intervals)
     return lengths

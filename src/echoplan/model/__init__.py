@@ -4,6 +4,7 @@ from echoplan.model.changes import Changes
 from echoplan.model.conventions import UNITS, Axes, Conventions, Heading
 from echoplan.model.feature_map import FeatureMap
 from echoplan.model.features import (
+    HALF_OF_95,
     ClassProbabilities,
     Corner,
     CornerKind,
@@ -26,6 +27,7 @@ from echoplan.model.world import EVERYWHERE, Pillar, Polyline, Route, Truth, Wor
 
 __all__ = [
     "EVERYWHERE",
+    "HALF_OF_95",
     "UNITS",
     "Axes",
     "Changes",

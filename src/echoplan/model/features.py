@@ -16,6 +16,7 @@ from echoplan.errors import InvalidValueError
 from echoplan.geometry import directions
 
 __all__ = [
+    "HALF_OF_95",
     "ClassProbabilities",
     "Corner",
     "CornerKind",
@@ -25,6 +26,9 @@ __all__ = [
     "UnobservedStretch",
     "Wall",
 ]
+
+# Half the width of the 95 % interval of a normal distribution, in standard deviations.
+HALF_OF_95 = 1.96
 
 
 class FeatureClass(StrEnum):

@@ -2,7 +2,7 @@
 
 import math
 
-from echoplan.model import Localisation, Quality, Verdict
+from echoplan.model import HALF_OF_95, Localisation, Quality, Verdict
 
 __all__ = ["localisation_lines"]
 
@@ -37,6 +37,6 @@ def localisation_lines(localisation: Localisation, quality: Quality) -> tuple[st
 def _pose(localisation: Localisation, place: int) -> str:
     x, y, yaw = localisation.poses[place]
     sigmas = localisation.covariances[place].diagonal() ** 0.5
-    position = f"x {x:.3f} ± {1.96 * sigmas[0]:.3f} m, y {y:.3f} ± {1.96 * sigmas[1]:.3f} m"
+    position = f"x {x:.3f} ± {HALF_OF_95 * sigmas[0]:.3f} m, y {y:.3f} ± {HALF_OF_95 * sigmas[1]:.3f} m"
     # Adding zero makes a positive zero of a negative one.
-    return f"{position}, yaw {round(math.degrees(yaw), 2) + 0.0:.2f} ± {math.degrees(1.96 * sigmas[2]):.2f}°"
+    return f"{position}, yaw {round(math.degrees(yaw), 2) + 0.0:.2f} ± {math.degrees(HALF_OF_95 * sigmas[2]):.2f}°"

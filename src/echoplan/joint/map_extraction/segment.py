@@ -8,6 +8,7 @@ import numpy as np
 
 from echoplan.arrays import FloatArray
 from echoplan.joint.likelihood.hypothesis import Hypothesis
+from echoplan.model import HALF_OF_95
 
 __all__ = ["CELL", "CERTAIN", "PARALLEL", "End", "Segment", "path_since"]
 
@@ -21,8 +22,6 @@ PARALLEL = math.cos(math.radians(12.0))
 _KNOWN = 0.2
 # Overlap of two distributions, as share of the greatest possible one, below which they disagree.
 _AGREEMENT = 0.01
-# Standard deviations across the 95 % interval of a normal distribution.
-_WIDTH_OF_95 = 2.0 * 1.96
 # Margin at the end of a segment and at a corner within which cells do not count [m].
 _AT_END = 0.03
 
@@ -59,7 +58,7 @@ class End(NamedTuple):
     def sigma(self) -> float:
         """Half the width of the 95 % interval, divided by 1.96 [m]."""
         lower, _, upper = self.interval
-        return float(upper - lower) / _WIDTH_OF_95
+        return float(upper - lower) / (2.0 * HALF_OF_95)
 
     @property
     def is_known(self) -> bool:
@@ -150,11 +149,11 @@ class Segment:
 
 
 def path_since(wall: Hypothesis, path_xy: FloatArray) -> FloatArray:
-    """Return the path of the robot from the recording on that detected a wall first, shape (p, 2) [m].
+    """Return the path of the robot since the beginning of the recording that first detected a wall, shape (q, 2) [m].
 
-    Where the robot drove in earlier recordings, somebody may have put something since. ``path_xy`` has a row of NaN
-    after each earlier recording.
+    The path before that does not count: the wall may have been put there later. ``path_xy``, shape (p, 2), is the whole
+    path, with a row of NaN after each earlier recording.
     """
     starts = np.append(0, np.flatnonzero(np.isnan(path_xy[:, 0])) + 1)
-    # A path that does not count is empty.
+    # The whole path is empty if the robot may have driven around walls.
     return path_xy[starts[min(wall.history.recording, len(starts) - 1)] :]
