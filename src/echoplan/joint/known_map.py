@@ -136,7 +136,10 @@ def _persistent(prior: MarginalPrior, settings: SegmentSettings) -> list[Hypothe
 
 
 def _is_one_piece(landmark: Hypothesis, segments: Sequence[Segment]) -> bool:
-    """Return True if a landmark is no wall, or a single segment that was not detected far past its ends."""
+    """Return True if a landmark is no wall, or one segment that reaches as far as its line was detected.
+
+    By diffraction, a wall is detected a little past its ends: ``OFFSETS`` ends where that is impossible.
+    """
     if not landmark.is_wall:
         return True
     low, high = landmark.extent

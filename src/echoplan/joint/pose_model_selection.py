@@ -56,8 +56,8 @@ def estimate_map(estimate: Estimate) -> Estimate:
     """Return the estimate of the pose model that is selected for the window; its pose status holds the reason."""
     solutions = list[Estimate]()
     for start in _starts(estimate):
-        # A map from poses that drift takes as long as to track them, and is rarely needed.
-        first, tracked = start if _drifts(start) else _first_map(start), None
+        # A map from poses that drift takes as long as tracking them, and is rarely needed.
+        first, tracked = start if _may_drift(start) else _first_map(start), None
         if (drifting := _drifting(first)) is not None:
             tracked = _tracked(drifting)
             if _may_exceed_specification(tracked):
@@ -85,7 +85,7 @@ def _first_map(start: Estimate) -> Estimate:
     return start.initialise() if start.marginal_prior.is_empty else start
 
 
-def _drifts(start: Estimate) -> bool:
+def _may_drift(start: Estimate) -> bool:
     """Return True if poses come from odometry, or if a correction is requested: it tries odometry in any case."""
     model = start.marginal_prior.pose_model
     is_tried = _is_requested(start) and model is not PoseModel.ABSOLUTE
@@ -99,7 +99,7 @@ def _drifting(first: Estimate) -> Estimate | None:
     """
     if first.marginal_prior.pose_model is PoseModel.ODOMETRY:
         return replace(first, pose_status=first.marginal_prior.pose_status)
-    if _drifts(first):
+    if _may_drift(first):
         return replace(first, pose_status=_status(first, PoseReason.ODOMETRY))
     is_checked = first.marginal_prior.is_empty and first.settings.poses is not PoseMode.TRUST
     if is_checked and has_duplicated_walls(first):
@@ -114,7 +114,7 @@ def _explained(first: Estimate, tracked: Estimate | None) -> Estimate:
     """
     if tracked is not None and _is_surely_odometry(tracked):
         return tracked
-    explained = (_first_map(first) if _drifts(first) else first).explain()
+    explained = (_first_map(first) if _may_drift(first) else first).explain()
     if explained.settings.poses is PoseMode.TRUST:
         return explained
     if tracked is not None and _uses_odometry(first):
@@ -133,7 +133,8 @@ def _with_likelier_noise(tracked: Estimate, loose: Estimate) -> Estimate:
 def _is_surely_odometry(tracked: Estimate) -> bool:
     """Return True if the recorded poses cannot be better than the odometry solution.
 
-    They cannot if they were tracked because they duplicate walls, and are no waypoints.
+    They cannot if they duplicate walls and are no waypoints. Where a first map was made, it showed the duplicates;
+    otherwise they follow from how far the poses were moved.
     """
     if tracked.marginal_prior.pose_model is PoseModel.ODOMETRY:
         return True
@@ -141,7 +142,10 @@ def _is_surely_odometry(tracked: Estimate) -> bool:
 
 
 def _moved_walls(tracked: Estimate) -> bool:
-    """Return True if corrected poses explain the echoes, and recorded ones are so far off that walls are duplicated."""
+    """Return True if the corrected poses explain the echoes, and one is far from where it was recorded.
+
+    Then walls are duplicated in a map from the recorded poses.
+    """
     return agrees(tracked) and bool(are_displaced(tracked.poses, tracked.measured_poses).any())
 
 

@@ -428,6 +428,24 @@ def test_odometry_does_not_scale_the_landmarks_from_which_another_recording_goes
     assert np.abs(found - np.concatenate([each.parameters for each in known.features])).max() < 0.01
 
 
+def test_a_landmark_knows_which_recording_detected_it_first() -> None:
+    drive = around_a_block()
+    sweeps, mapper = tuple(drive), JointMapper(drive.rig)
+    half = len(sweeps) // 2
+    for sweep in sweeps[:half]:
+        mapper.add(sweep)
+    earlier = mapper.prior()
+    assert earlier is not None
+    mapper.begin_recording(sweeps[half].station)
+    for sweep in sweeps[half:]:
+        mapper.add(sweep)
+    known = mapper.prior()
+    assert known is not None
+    recordings = {each.history.number: each.history.recording for each in known.features}
+    assert set(recordings.values()) == {0, 1}
+    assert all((number > earlier.issued) == recording for number, recording in recordings.items())
+
+
 @pytest.mark.parametrize(
     ("specified", "farther"),
     [
