@@ -1,15 +1,16 @@
 """Selection of the pose model: fixed, odometry or absolute poses, by their log evidence."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import reduce
+from typing import TypeAlias
 
 import numpy as np
 
 from echoplan.geometry import aligned
 from echoplan.joint.estimate import Estimate
 from echoplan.joint.optimisation.odometry_noise import VERY_STRONG, are_quantised, log_odds_absolute_vs_odometry
-from echoplan.joint.optimisation.pose_factors import waypoint_prior, waypoint_steps
+from echoplan.joint.optimisation.pose_factors import PosePrior, waypoint_prior, waypoint_steps
 from echoplan.joint.pose_correction.annealing import anneal, refine, with_right_angles
 from echoplan.joint.pose_correction.consistency import (
     agrees,
@@ -24,7 +25,8 @@ from echoplan.joint.pose_correction.pose_tracking import (
     are_displaced,
     odometry_prediction,
     register_in_order,
-    reregister_first_station,
+    with_first_station_registered_again,
+    without_greatest_error,
 )
 from echoplan.joint.pose_correction.random_effects import estimate_shared_bias
 from echoplan.joint.pose_correction.registration_order import (
@@ -40,6 +42,9 @@ from echoplan.joint.pose_status import PoseModel, PoseReason, PoseStatus
 from echoplan.joint.settings import PoseMode
 
 __all__ = ["estimate_map"]
+
+# Proposes an estimate with other poses, or none.
+PoseProposal: TypeAlias = Callable[[Estimate, PosePrior], Estimate | None]
 
 # Log-likelihood ratio of accumulating over independent pose errors above which absolute poses are not tried, since that
 # doubles the computing time. A wrong odometry solution makes errors seem to accumulate, too, but by less [nats].
@@ -227,16 +232,10 @@ def _tracked(estimate: Estimate) -> Estimate:
     """
     priors = estimate.odometry()
     tracked = register_in_order(estimate, priors, odometry_prediction(estimate, priors))
-    best = refine(reregister_first_station(tracked, priors), priors)
-    # With marginalised stations it is not repeated, since their landmarks have converged.
-    while best.marginal_prior.is_empty and (moved := _better(best, refine(best, priors))) is not best:
-        best = moved
-    steady = best
-    while (poses := without_wheel_slip(best, priors)) is not None:
-        moved = _better(best, refine(replace(best, poses=poses), priors))
-        if moved is best:
-            break
-        best = moved
+    steady = refine(tracked, priors)
+    for propose in (with_first_station_registered_again, without_greatest_error):
+        steady = _improved(steady, priors, propose)
+    best = _improved(steady, priors, without_wheel_slip)
     status = replace(estimate.pose_status, has_slips=estimate.pose_status.has_slips or best is not steady)
     for station in range(max(1, len(best.marginal_prior.poses)), len(best.poses)):
         if (pose := relocalised(best, priors, station)) is not None:
@@ -244,6 +243,16 @@ def _tracked(estimate: Estimate) -> Estimate:
             poses[station] = pose
             best = _better(best, refine(replace(best, poses=poses), priors))
     return replace(best, pose_model=PoseModel.ODOMETRY, pose_status=status)
+
+
+def _improved(estimate: Estimate, priors: PosePrior, propose: PoseProposal) -> Estimate:
+    """Return the estimate refined from proposals, again and again while its log evidence is clearly greater."""
+    while (proposed := propose(estimate, priors)) is not None:
+        moved = _better(estimate, refine(proposed, priors))
+        if moved is estimate:
+            break
+        estimate = moved
+    return estimate
 
 
 def _is_in_question(estimate: Estimate) -> bool:

@@ -127,7 +127,8 @@ def replace_steps(monkeypatch: pytest.MonkeyPatch, **answers: Any) -> None:
     """Replace the steps of the selection by ones that change nothing, or by the given ones."""
     tracking: dict[str, Any] = {
         "register_in_order": lambda estimate, priors, expected: estimate,
-        "reregister_first_station": lambda estimate, priors: estimate,
+        "with_first_station_registered_again": lambda estimate, priors: None,
+        "without_greatest_error": lambda estimate, priors: None,
         "with_estimated_waypoint_noise": lambda estimate: waypoint_prior(
             estimate.measured_poses, estimate.settings.pose_errors
         ),
@@ -214,11 +215,23 @@ def test_shared_errors_are_estimated_from_readings_at_full_weight(monkeypatch: p
         assert each.asked[-1] == "estimate_noise"
 
 
-def test_the_first_station_is_registered_again_after_all_others(monkeypatch: pytest.MonkeyPatch) -> None:
-    again = list[Any]()
-    selected(monkeypatch, agree=set(PoseModel), others={"reregister_first_station": recording_step(again)})
-    assert again
-    assert not any(each.settled for each in again)
+@pytest.mark.parametrize("name", ["with_first_station_registered_again", "without_greatest_error"])
+@pytest.mark.parametrize("gain", [-20.0, 20.0])
+def test_proposed_poses_are_refined_and_kept_if_they_are_clearly_more_likely(
+    monkeypatch: pytest.MonkeyPatch, name: str, gain: float
+) -> None:
+    def likely(estimate: Any) -> float:
+        is_moved = bool((estimate.poses[1:, 1] == 7.0).all())
+        return STEPS_FIRST[estimate.pose_model] + gain * is_moved
+
+    def moved(estimate: Any, _: Any) -> Any:
+        poses = estimate.poses.copy()
+        poses[1:, 1] = 7.0
+        return None if (poses == estimate.poses).all() else replace(estimate, poses=poses)
+
+    found = selected(monkeypatch, agree=set(PoseModel), others={name: moved, "log_evidence": likely})
+    assert found.pose_model is PoseModel.ODOMETRY
+    assert (found.poses[1:, 1] == 7.0).all() == (gain > 0.0)
 
 
 def test_stations_that_were_registered_in_another_order_are_put_back(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -517,7 +530,7 @@ def test_poses_of_two_stations_are_not_corrected(monkeypatch: pytest.MonkeyPatch
     assert selected(monkeypatch, agree=set(), stations=2).pose_model is PoseModel.FIXED
 
 
-def test_poses_are_refined_while_the_log_evidence_grows(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_steps_are_proposed_while_the_log_evidence_grows(monkeypatch: pytest.MonkeyPatch) -> None:
     # Tracking refines the poses once.
     log_evidence_without_bias = [0.0, 0.0, 20.0, 40.0, 42.0, 90.0]
     estimate = fake_estimate(5, settings=EstimateSettings(poses=PoseMode.CORRECT, max_waypoints=0))
@@ -526,6 +539,7 @@ def test_poses_are_refined_while_the_log_evidence_grows(monkeypatch: pytest.Monk
         agrees=lambda estimate: True,
         log_evidence=lambda estimate: log_evidence_without_bias[estimate.settled],
         register_in_order=moving_stations(1.0),
+        without_greatest_error=lambda estimate, priors: estimate,
     )
     best: Any = estimate_map(estimate)  # type: ignore[arg-type]
     assert best.settled == 3

@@ -28,6 +28,7 @@ __all__ = [
     "inlier_ratio",
     "is_inconsistent",
     "log_evidence",
+    "pose_pulls",
     "stations_disagree",
 ]
 
@@ -111,7 +112,7 @@ def log_evidence(estimate: Estimate) -> float:
             estimate.measurements.stations[llr_by_ping > 0.0], minlength=len(estimate.measured_poses)
         )
         cost += 1.5 * float(np.log(np.maximum(detected[1:], 1)).sum())
-        cost += 0.5 * float(_pulls(estimate, estimate.pose_prior).sum())
+        cost += 0.5 * float(pose_pulls(estimate, estimate.pose_prior).sum())
     if estimate.servo is not None:
         strain = estimate.settings.optimiser.servo_strain(*estimate.servo)
         cost += float(np.log(np.count_nonzero(llr_by_ping > 0.0) + 1.0)) + float(strain)
@@ -127,8 +128,16 @@ def contradicts_odometry(estimate: Estimate) -> bool:
     """
     if estimate.pose_prior is None or len(estimate.poses) < _FEWEST:
         return False
-    pulls = np.sort(_pulls(estimate, estimate.pose_prior)[1:].sum(axis=1))[:-1]
+    pulls = np.sort(pose_pulls(estimate, estimate.pose_prior)[1:].sum(axis=1))[:-1]
     return float(pulls.mean()) > 3.0 * _PULLED
+
+
+def pose_pulls(estimate: Estimate, pose_prior: PosePrior) -> FloatArray:
+    """Return the squared errors of poses in units of their prior variances, shape (s, 3)."""
+    by_hand = waypoint_prior(estimate.measured_poses, estimate.settings.pose_errors)
+    held = pose_factors(estimate.odometry() if pose_prior.relative else by_hand, estimate.poses, 0)
+    pulls: FloatArray = (held.weights * held.residuals**2).reshape(-1, 3)
+    return pulls
 
 
 def _copies(estimate: Estimate) -> int:
@@ -169,11 +178,3 @@ def _gain_of_common_errors(estimate: Estimate) -> float:
     return gain_of_common_errors(
         estimate.measurements, owners, estimate.solution.residuals, noise=estimate.noise, common=common
     )
-
-
-def _pulls(estimate: Estimate, pose_prior: PosePrior) -> FloatArray:
-    """Return the squared errors of poses in units of their prior variances, shape (s, 3)."""
-    by_hand = waypoint_prior(estimate.measured_poses, estimate.settings.pose_errors)
-    held = pose_factors(estimate.odometry() if pose_prior.relative else by_hand, estimate.poses, 0)
-    pulls: FloatArray = (held.weights * held.residuals**2).reshape(-1, 3)
-    return pulls

@@ -15,6 +15,7 @@ from echoplan.joint.estimate import Estimate
 from echoplan.joint.likelihood_cache import LikelihoodCache
 from echoplan.joint.optimisation.odometry_noise import VERY_STRONG
 from echoplan.joint.optimisation.pose_factors import PosePrior, at_poses, continued, dead_reckoned
+from echoplan.joint.pose_correction.consistency import pose_pulls
 from echoplan.joint.search.scan_matching import LandmarkMap, LocalScan, best_score, local_scans, locate
 from echoplan.preprocessing.measurements import first_stations
 
@@ -24,8 +25,9 @@ __all__ = [
     "local_scans_of",
     "odometry_prediction",
     "register_in_order",
-    "reregister_first_station",
     "up_to_station",
+    "with_first_station_registered_again",
+    "without_greatest_error",
 ]
 
 # Predicted pose of a station and its standard deviations, from the poses so far and the stations that were registered.
@@ -41,9 +43,10 @@ _UNDERSTOOD = 0.6
 _PART = 0.75
 # This many stations or fewer do not determine enough landmarks to register the first one again.
 _FEW = 4
-# Standard deviations of the first pose given its own arcs [m, m, rad]; log-likelihood ratio from which it is moved:
-# strong evidence [nats] (Kass and Raftery 1995).
-_HERE, _STRONG = np.array([0.005, 0.005, math.radians(0.5)]), 3.0
+# Standard deviations of the first pose given its own arcs [m, m, rad].
+_HERE = np.array([0.005, 0.005, math.radians(0.5)])
+# Strong evidence [nats] (Kass and Raftery 1995), from which other poses are proposed.
+_STRONG = 3.0
 # A station that is displaced by no more than this agrees with the others; by more, and its walls are taken for other
 # walls [m, rad].
 _JOINED = (0.05, math.radians(3.0))
@@ -111,14 +114,15 @@ def local_scan_of(estimate: Estimate, station: int) -> LocalScan:
     return local_scans(arcs, estimate.recorded, estimate.model.tabulated(), estimate.measured_poses[station])
 
 
-def reregister_first_station(estimate: Estimate, priors: PosePrior) -> Estimate:
-    """Register the first station to the landmarks of the others, and move these such that it fits.
+def with_first_station_registered_again(estimate: Estimate, priors: PosePrior) -> Estimate | None:
+    """Return the estimate with its first station where it fits the landmarks of the others, or None.
 
     The second station was registered to the arcs of a single station, each of which may be a wall, a corner or a
-    cylinder. If that was wrong, all later stations agree with the second one, but not with the first.
+    cylinder. If that was wrong, all later stations agree with the second one, but not with the first: they move
+    together. The result is None if the first station fits best where it is, or was marginalised.
     """
     if not estimate.marginal_prior.is_empty or len(estimate.measured_poses) <= _FEW:
-        return estimate
+        return None
     scan = local_scans_of(estimate)[0]
     others = LandmarkMap.of([each for each in estimate.features if each.llr_by_station[1:].max(initial=0.0) > 0.0])
     back = invert(compose(invert(estimate.measured_poses[0]), estimate.measured_poses[1]))
@@ -134,9 +138,29 @@ def reregister_first_station(estimate: Estimate, priors: PosePrior) -> Estimate:
         if score - 0.5 * turn**2 > most:
             found, most = pose, score - 0.5 * turn**2
     if not are_displaced(found, estimate.poses[0]):
-        return estimate
-    joined = compose(compose(estimate.poses[0], invert(found)), estimate.poses[1:])
-    return replace(estimate, poses=np.concatenate([estimate.poses[:1], joined]), features=estimate.known)
+        return None
+    return _with_rest_moved(estimate, 1, compose(estimate.poses[0], invert(found)))
+
+
+def without_greatest_error(estimate: Estimate, priors: PosePrior) -> Estimate | None:
+    """Return the estimate with the step of the odometry in place of the least likely step, or None.
+
+    A station that is registered to the wrong landmarks takes all later ones with it. The optimiser cannot leave that
+    minimum, so all later stations move together. The result is None unless odometry is strong evidence against a step,
+    and with marginalised stations, whose landmarks have converged.
+    """
+    errors = 0.5 * pose_pulls(estimate, priors).sum(axis=1)
+    step = int(np.argmax(errors))
+    if not estimate.marginal_prior.is_empty or step == 0 or errors[step] < _STRONG:
+        return None
+    found = dead_reckoned(estimate.measured_poses, estimate.poses, step)
+    return _with_rest_moved(estimate, step, compose(found, invert(estimate.poses[step])))
+
+
+def _with_rest_moved(estimate: Estimate, station: int, motion: FloatArray) -> Estimate:
+    """Return the estimate with the stations from one on moved by (x, y, yaw), and without its landmarks."""
+    poses = np.concatenate([estimate.poses[:station], compose(motion, estimate.poses[station:])])
+    return replace(estimate, poses=poses, features=estimate.known)
 
 
 def are_displaced(poses: FloatArray, others: FloatArray) -> BoolArray:

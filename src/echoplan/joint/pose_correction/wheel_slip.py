@@ -1,6 +1,7 @@
 """Wheel slip: steps with errors far outside the odometry noise, found by landmarks duplicated before and after them."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -27,8 +28,8 @@ _MOSTLY = 0.8
 _HERE = np.array([0.005, 0.005, 0.01])
 
 
-def without_wheel_slip(estimate: Estimate, priors: PosePrior) -> FloatArray | None:
-    """Return poses without the wheel slip that explains most duplicates, shape (s, 3) [m, m, rad], or None.
+def without_wheel_slip(estimate: Estimate, priors: PosePrior) -> Estimate | None:
+    """Return the estimate with poses without the wheel slip that explains most duplicates, or None.
 
     The stations after a step are registered as one rigid body to the landmarks of those before it. The result is None
     if nothing is duplicated, or if no other place fits better.
@@ -43,7 +44,7 @@ def without_wheel_slip(estimate: Estimate, priors: PosePrior) -> FloatArray | No
         return None
     scans = local_scans_of(estimate)
     gain, poses = max((_taken_back(estimate, priors, scans, step) for step in steps), key=lambda each: each[0])
-    return poses if gain > 0.0 else None
+    return replace(estimate, poses=poses) if gain > 0.0 else None
 
 
 def _taken_back(

@@ -1,13 +1,14 @@
 """Pose tracking of a robot with drifting odometry in a simulated room."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
 from echoplan.arrays import FloatArray
-from echoplan.geometry import wrap
+from echoplan.geometry import compose, invert, wrap
 from echoplan.io import builtin_rig, builtin_world
 from echoplan.joint.calibration import calibration
 from echoplan.joint.estimate import Estimate
@@ -18,8 +19,9 @@ from echoplan.joint.pose_correction.consistency import has_duplicated_walls
 from echoplan.joint.pose_correction.pose_tracking import (
     odometry_prediction,
     register_in_order,
-    reregister_first_station,
     up_to_station,
+    with_first_station_registered_again,
+    without_greatest_error,
 )
 from echoplan.joint.search.scan_matching import LandmarkMap, LocalisationSettings, LocalScan, locate
 from echoplan.joint.settings import EstimateSettings
@@ -103,6 +105,28 @@ def test_the_first_pose_is_fixed() -> None:
     assert tracked().poses[0] == pytest.approx(tracked().measured_poses[0], abs=1e-4)
 
 
+def test_a_wrong_registration_is_undone_for_all_later_stations() -> None:
+    right, displaced = tracked().poses, compose(tracked().poses[4], [0.1, -0.3, 0.2])
+    wrong = np.concatenate([right[:4], compose(compose(displaced, invert(right[4])), right[4:])])
+    priors = odometry_prior(tracked().measured_poses, tracked().settings.pose_errors)
+    proposed = without_greatest_error(replace(tracked(), poses=wrong), priors)
+    assert proposed is not None
+    assert not proposed.features
+    found = proposed.poses
+    assert found[:4] == pytest.approx(right[:4])
+    step, recorded = (compose(invert(poses[3]), poses[4]) for poses in (found, tracked().measured_poses))
+    assert step == pytest.approx(recorded)
+    steps, former = (compose(invert(poses[4:-1]), poses[5:]) for poses in (found, right))
+    assert steps == pytest.approx(former)
+
+
+@pytest.mark.parametrize("stations", [1, len(WAY)])
+def test_likely_steps_are_not_undone(stations: int) -> None:
+    estimate = estimate_of(drive()[:stations])
+    priors = odometry_prior(estimate.measured_poses, estimate.settings.pose_errors)
+    assert without_greatest_error(estimate, priors) is None
+
+
 def test_the_final_search_uses_the_tracked_poses(monkeypatch: pytest.MonkeyPatch) -> None:
     centers, original = list[FloatArray](), Estimate.search
 
@@ -157,8 +181,9 @@ def test_the_first_station_is_registered_anew_only_with_strong_evidence(
     monkeypatch.setattr("echoplan.joint.pose_correction.pose_tracking.locate", located)
     priors = odometry_prior(estimate.measured_poses, estimate.settings.pose_errors)
     estimate = register_in_order(estimate, priors, odometry_prediction(estimate, priors))
-    estimate = reregister_first_station(estimate, priors)
-    away = np.hypot(*(estimate.poses[1:] - WAY[1:])[:, :2].T)
+    proposed = with_first_station_registered_again(estimate, priors)
+    assert (proposed is not None) == moves
+    away = np.hypot(*((proposed or estimate).poses[1:] - WAY[1:])[:, :2].T)
     assert stays
     assert ((away > 0.2) == moves).all()
 
