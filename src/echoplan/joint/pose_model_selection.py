@@ -11,7 +11,7 @@ from echoplan.geometry import aligned
 from echoplan.joint.estimate import Estimate
 from echoplan.joint.optimisation.odometry_noise import VERY_STRONG, are_quantised, log_odds_absolute_vs_odometry
 from echoplan.joint.optimisation.pose_factors import PosePrior, waypoint_prior, waypoint_steps
-from echoplan.joint.pose_correction.annealing import anneal, refine, with_right_angles
+from echoplan.joint.pose_correction.annealing import anneal, refine, with_converged_calibration, with_right_angles
 from echoplan.joint.pose_correction.consistency import (
     agrees,
     are_weakly_connected,
@@ -234,8 +234,8 @@ def _tracked(estimate: Estimate) -> Estimate:
     tracked = register_in_order(estimate, priors, odometry_prediction(estimate, priors))
     steady = refine(tracked, priors)
     for propose in (with_first_station_registered_again, without_greatest_error):
-        steady = _improved(steady, priors, propose)
-    best = _improved(steady, priors, without_wheel_slip)
+        steady = _improved(steady, priors, propose=propose)
+    best = _improved(steady, priors, propose=without_wheel_slip)
     status = replace(estimate.pose_status, has_slips=estimate.pose_status.has_slips or best is not steady)
     for station in range(max(1, len(best.marginal_prior.poses)), len(best.poses)):
         if (pose := relocalised(best, priors, station)) is not None:
@@ -245,11 +245,12 @@ def _tracked(estimate: Estimate) -> Estimate:
     return replace(best, pose_model=PoseModel.ODOMETRY, pose_status=status)
 
 
-def _improved(estimate: Estimate, priors: PosePrior, propose: PoseProposal) -> Estimate:
+def _improved(estimate: Estimate, priors: PosePrior, *, propose: PoseProposal) -> Estimate:
     """Return the estimate refined from proposals, again and again while its log evidence is clearly greater."""
     while (proposed := propose(estimate, priors)) is not None:
-        moved = _better(estimate, refine(proposed, priors))
-        if moved is estimate:
+        calibrated, moved = map(with_converged_calibration, (estimate, refine(proposed, priors)))
+        # It must be better than before the calibration, too: otherwise two estimates may replace each other for ever.
+        if _better(calibrated, moved) is calibrated or _better(estimate, moved) is estimate:
             break
         estimate = moved
     return estimate

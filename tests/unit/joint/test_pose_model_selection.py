@@ -136,6 +136,7 @@ def replace_steps(monkeypatch: pytest.MonkeyPatch, **answers: Any) -> None:
         "without_wheel_slip": lambda estimate, priors: None,
         "relocalised": lambda estimate, priors, station: None,
         "refine": refine,
+        "with_converged_calibration": lambda estimate: estimate,
         "contradicts_odometry": lambda estimate: False,
         "find_servo": lambda estimate: None,
         "anneal": anneal,
@@ -232,6 +233,17 @@ def test_proposed_poses_are_refined_and_kept_if_they_are_clearly_more_likely(
     found = selected(monkeypatch, agree=set(PoseModel), others={name: moved, "log_evidence": likely})
     assert found.pose_model is PoseModel.ODOMETRY
     assert (found.poses[1:, 1] == 7.0).all() == (gain > 0.0)
+
+
+def test_estimates_do_not_replace_each_other_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each proposal seems better than the estimate only because calibration makes the estimate worse."""
+    others = {
+        "without_greatest_error": lambda estimate, priors: estimate,
+        "refine": lambda estimate, priors: replace(estimate, settled=estimate.settled + 1, asked=()),
+        "with_converged_calibration": lambda estimate: replace(estimate, asked=(*estimate.asked, "calibrated")),
+        "log_evidence": lambda estimate: 10.0 * (estimate.settled > 1) - 20.0 * estimate.asked.count("calibrated"),
+    }
+    assert selected(monkeypatch, agree=set(PoseModel), others=others)
 
 
 def test_stations_that_were_registered_in_another_order_are_put_back(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,7 +12,18 @@ from echoplan.joint.optimisation.pose_factors import PosePrior, at_poses
 from echoplan.joint.search.duplicates import DuplicateSettings, without_duplicates
 from echoplan.joint.trace import Decision, Reason, record_event
 
-__all__ = ["anneal", "impose_right_angles", "refine", "with_estimated_odometry_noise", "with_right_angles"]
+__all__ = [
+    "anneal",
+    "impose_right_angles",
+    "refine",
+    "with_converged_calibration",
+    "with_estimated_odometry_noise",
+    "with_right_angles",
+]
+
+# Most calibrations in turn with optimisations, and change of the figure of merit below which no other one follows [dB]:
+# in drives through flats, the log evidence then differs by 2 nats from start to start instead of 75.
+_CALIBRATIONS, _CALIBRATED = 4, 0.1
 
 
 def refine(estimate: Estimate, priors: PosePrior) -> Estimate:
@@ -41,6 +52,21 @@ def refine(estimate: Estimate, priors: PosePrior) -> Estimate:
     estimate = estimate.alternate(estimate.noise, priors, 2)
     if (squared := with_right_angles(estimate, priors)) is not estimate:
         estimate = squared.alternate(squared.noise, priors, 2)
+    return estimate
+
+
+def with_converged_calibration(estimate: Estimate) -> Estimate:
+    """Return the estimate after calibration and optimisation in turn, until the figure of merit has converged.
+
+    The log evidence depends on the figure of merit so much that solutions can only be compared with the best one each.
+    """
+    for _ in range(_CALIBRATIONS):
+        former = estimate.model.figure_of_merit
+        estimate = estimate.estimate_figure_of_merit().alternate(estimate.noise, estimate.pose_prior, 3)
+        estimate = estimate.estimate_noise()
+        estimate = estimate.rescore(estimate.noise)
+        if abs(estimate.model.figure_of_merit - former) < _CALIBRATED:
+            break
     return estimate
 
 

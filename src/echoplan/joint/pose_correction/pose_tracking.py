@@ -41,7 +41,7 @@ _RADIUS = 0.1
 _UNDERSTOOD = 0.6
 # Width of the yaw intervals that are searched one by one [sigmas].
 _PART = 0.75
-# This many stations or fewer do not determine enough landmarks to register the first one again.
+# This many stations or fewer do not determine enough landmarks to register others to them.
 _FEW = 4
 # Standard deviations of the first pose given its own arcs [m, m, rad].
 _HERE = np.array([0.005, 0.005, math.radians(0.5)])
@@ -139,25 +139,25 @@ def with_first_station_registered_again(estimate: Estimate, priors: PosePrior) -
             found, most = pose, score - 0.5 * turn**2
     if not are_displaced(found, estimate.poses[0]):
         return None
-    return _with_rest_moved(estimate, 1, compose(estimate.poses[0], invert(found)))
+    return _with_rest_moved(estimate, station=1, motion=compose(estimate.poses[0], invert(found)))
 
 
 def without_greatest_error(estimate: Estimate, priors: PosePrior) -> Estimate | None:
     """Return the estimate with the step of the odometry in place of the least likely step, or None.
 
     A station that is registered to the wrong landmarks takes all later ones with it. The optimiser cannot leave that
-    minimum, so all later stations move together. The result is None unless odometry is strong evidence against a step,
-    and with marginalised stations, whose landmarks have converged.
+    minimum, so all later stations move together. The result is None unless odometry is strong evidence against a step
+    between enough stations on both sides, and with marginalised stations, whose landmarks have converged.
     """
-    errors = 0.5 * pose_pulls(estimate, priors).sum(axis=1)
-    step = int(np.argmax(errors))
-    if not estimate.marginal_prior.is_empty or step == 0 or errors[step] < _STRONG:
+    errors = 0.5 * pose_pulls(estimate, priors)[_FEW + 1 : -_FEW].sum(axis=1)
+    if not estimate.marginal_prior.is_empty or errors.max(initial=0.0) < _STRONG:
         return None
+    step = _FEW + 1 + int(np.argmax(errors))
     found = dead_reckoned(estimate.measured_poses, estimate.poses, step)
-    return _with_rest_moved(estimate, step, compose(found, invert(estimate.poses[step])))
+    return _with_rest_moved(estimate, station=step, motion=compose(found, invert(estimate.poses[step])))
 
 
-def _with_rest_moved(estimate: Estimate, station: int, motion: FloatArray) -> Estimate:
+def _with_rest_moved(estimate: Estimate, *, station: int, motion: FloatArray) -> Estimate:
     """Return the estimate with the stations from one on moved by (x, y, yaw), and without its landmarks."""
     poses = np.concatenate([estimate.poses[:station], compose(motion, estimate.poses[station:])])
     return replace(estimate, poses=poses, features=estimate.known)

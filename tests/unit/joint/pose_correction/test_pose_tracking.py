@@ -105,26 +105,34 @@ def test_the_first_pose_is_fixed() -> None:
     assert tracked().poses[0] == pytest.approx(tracked().measured_poses[0], abs=1e-4)
 
 
-def test_a_wrong_registration_is_undone_for_all_later_stations() -> None:
-    right, displaced = tracked().poses, compose(tracked().poses[4], [0.1, -0.3, 0.2])
-    wrong = np.concatenate([right[:4], compose(compose(displaced, invert(right[4])), right[4:])])
-    priors = odometry_prior(tracked().measured_poses, tracked().settings.pose_errors)
-    proposed = without_greatest_error(replace(tracked(), poses=wrong), priors)
-    assert proposed is not None
-    assert not proposed.features
-    found = proposed.poses
-    assert found[:4] == pytest.approx(right[:4])
-    step, recorded = (compose(invert(poses[3]), poses[4]) for poses in (found, tracked().measured_poses))
-    assert step == pytest.approx(recorded)
-    steps, former = (compose(invert(poses[4:-1]), poses[5:]) for poses in (found, right))
-    assert steps == pytest.approx(former)
+def there_and_back(stations: int) -> Estimate:
+    """Return the first stations of a drive there and back as recorded."""
+    way = np.concatenate([WAY, WAY[-2::-1]])[:stations]
+    simulation = Simulation(
+        world=builtin_world("square"), rig=builtin_rig("rotary-array"), route=Route(map_from_base=way)
+    )
+    return estimate_of(tuple(simulation))
 
 
-@pytest.mark.parametrize("stations", [1, len(WAY)])
-def test_likely_steps_are_not_undone(stations: int) -> None:
-    estimate = estimate_of(drive()[:stations])
+@pytest.mark.parametrize("step", [5, 6, 8])
+def test_a_wrong_registration_is_undone_for_all_later_stations(step: int) -> None:
+    estimate = there_and_back(13)
+    displaced = compose(estimate.poses[step], [0.1, -0.3, 0.2])
+    after = compose(compose(displaced, invert(estimate.poses[step])), estimate.poses[step:])
+    wrong = np.concatenate([estimate.poses[:step], after])
     priors = odometry_prior(estimate.measured_poses, estimate.settings.pose_errors)
-    assert without_greatest_error(estimate, priors) is None
+    found = without_greatest_error(replace(estimate, poses=wrong), priors)
+    assert found is not None
+    assert found.poses == pytest.approx(estimate.poses)
+    assert not found.features
+
+
+@pytest.mark.parametrize(("stations", "step"), [(13, 0), (13, 4), (13, 9), (9, 4), (1, 0)])
+def test_likely_steps_and_those_near_either_end_are_not_undone(stations: int, step: int) -> None:
+    estimate = there_and_back(stations)
+    priors = odometry_prior(estimate.measured_poses, estimate.settings.pose_errors)
+    poses = estimate.poses + np.where(np.arange(stations) < step, 0.0, 0.3)[:, None] * [1.0, 0.0, 0.0]
+    assert without_greatest_error(replace(estimate, poses=poses), priors) is None
 
 
 def test_the_final_search_uses_the_tracked_poses(monkeypatch: pytest.MonkeyPatch) -> None:
