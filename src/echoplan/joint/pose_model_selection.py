@@ -226,7 +226,7 @@ def _most_likely(estimate: Estimate, tracked: Estimate | None, by_hand: Sequence
 
 
 def _tracked(estimate: Estimate) -> Estimate:
-    """Return the odometry solution: tracked, refined, without wheel slips and misplaced stations.
+    """Return the odometry solution: tracked, refined, without wrong registrations, wheel slips and misplaced stations.
 
     Each step is kept if its log evidence is clearly greater.
     """
