@@ -27,6 +27,7 @@ __all__ = [
     "register_in_order",
     "up_to_station",
     "with_first_station_registered_again",
+    "with_rest_at",
     "without_greatest_error",
 ]
 
@@ -139,7 +140,8 @@ def with_first_station_registered_again(estimate: Estimate, priors: PosePrior) -
             found, most = pose, score - 0.5 * turn**2
     if not are_displaced(found, estimate.poses[0]):
         return None
-    return _with_rest_moved(estimate, station=1, motion=compose(estimate.poses[0], invert(found)))
+    second = compose(compose(estimate.poses[0], invert(found)), estimate.poses[1])
+    return replace(estimate, poses=with_rest_at(estimate.poses, 1, pose=second), features=estimate.known)
 
 
 def without_greatest_error(estimate: Estimate, priors: PosePrior) -> Estimate | None:
@@ -154,13 +156,13 @@ def without_greatest_error(estimate: Estimate, priors: PosePrior) -> Estimate | 
         return None
     step = _FEW + 1 + int(np.argmax(errors))
     found = dead_reckoned(estimate.measured_poses, estimate.poses, step)
-    return _with_rest_moved(estimate, station=step, motion=compose(found, invert(estimate.poses[step])))
+    return replace(estimate, poses=with_rest_at(estimate.poses, step, pose=found), features=estimate.known)
 
 
-def _with_rest_moved(estimate: Estimate, *, station: int, motion: FloatArray) -> Estimate:
-    """Return the estimate with the stations from one on moved by (x, y, yaw), and without its landmarks."""
-    poses = np.concatenate([estimate.poses[:station], compose(motion, estimate.poses[station:])])
-    return replace(estimate, poses=poses, features=estimate.known)
+def with_rest_at(poses: FloatArray, station: int, *, pose: FloatArray) -> FloatArray:
+    """Return poses with a station at another pose, and all later ones moved with it as one rigid body."""
+    after = compose(compose(pose, invert(poses[station])), poses[station:])
+    return np.concatenate([poses[:station], after])
 
 
 def are_displaced(poses: FloatArray, others: FloatArray) -> BoolArray:

@@ -10,7 +10,7 @@ from echoplan.geometry import compose, invert, wrap
 from echoplan.joint.estimate import Estimate
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.optimisation.pose_factors import PosePrior, dead_reckoned
-from echoplan.joint.pose_correction.pose_tracking import local_scans_of
+from echoplan.joint.pose_correction.pose_tracking import local_scans_of, with_rest_at
 from echoplan.joint.search.duplicates import DuplicateSettings, are_duplicates
 from echoplan.joint.search.scan_matching import LandmarkMap, LocalScan, locate
 
@@ -62,8 +62,7 @@ def _taken_back(
     moved = compose(invert(poses[step]), found)
     # Within the uncertainty of the present pose, it is the same place, and nothing slipped.
     is_elsewhere = bool((np.abs([*moved[:2], wrap(moved[2])]) > settings.search_sigmas * _HERE).any())
-    after = compose(compose(found, invert(poses[step])), poses[step:])
-    return (there - here) * is_elsewhere, np.concatenate([poses[:step], after])
+    return (there - here) * is_elsewhere, with_rest_at(poses, step, pose=found)
 
 
 def _together(scans: Sequence[LocalScan], poses: FloatArray) -> LocalScan:
