@@ -241,19 +241,25 @@ def _tracked(estimate: Estimate) -> Estimate:
         if (pose := relocalised(best, priors, station)) is not None:
             poses = best.poses.copy()
             poses[station] = pose
-            best = _better(best, refine(replace(best, poses=poses), priors))
+            best = _refined_if_better(best, replace(best, poses=poses), priors=priors)
     return replace(best, pose_model=PoseModel.ODOMETRY, pose_status=status)
 
 
 def _improved(estimate: Estimate, priors: PosePrior, *, propose: PoseProposal) -> Estimate:
-    """Return the estimate refined from proposals, again and again while its log evidence is clearly greater."""
+    """Return the estimate refined from proposals, again and again while they are better."""
     while (proposed := propose(estimate, priors)) is not None:
-        calibrated, moved = map(with_converged_calibration, (estimate, refine(proposed, priors)))
-        # It must be better than before the calibration, too: otherwise two estimates may replace each other for ever.
-        if _better(calibrated, moved) is calibrated or _better(estimate, moved) is estimate:
+        moved = _refined_if_better(estimate, proposed, priors=priors)
+        if moved is estimate:
             break
         estimate = moved
     return estimate
+
+
+def _refined_if_better(estimate: Estimate, proposed: Estimate, *, priors: PosePrior) -> Estimate:
+    """Return the proposal, refined, if its log evidence is clearly greater with the best calibration of both."""
+    calibrated, moved = map(with_converged_calibration, (estimate, refine(proposed, priors)))
+    # It must be better than before the calibration, too: otherwise two estimates may replace each other for ever.
+    return estimate if _better(calibrated, moved) is calibrated else _better(estimate, moved)
 
 
 def _is_in_question(estimate: Estimate) -> bool:
