@@ -58,7 +58,7 @@ $(STAMPS)/venv:
 	@mkdir -p $(STAMPS) && touch $@
 
 $(STAMPS)/tools: $(STAMPS)/venv
-	@$(BIN)/python -m pip install --quiet --constraint constraints.txt uv
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt uv
 	@touch $@
 
 $(STAMPS)/base: $(STAMPS)/tools pyproject.toml constraints.txt

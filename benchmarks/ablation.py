@@ -87,7 +87,7 @@ RULES: Mapping[str, Mapping[str, Any]] = {
     "registration order": {f"{_MODELS}.spanning_tree_order": _in_recorded_order},
     "annealing": {f"{_MODELS}.anneal": _unchanged()},
     "first station again": {f"{_MODELS}.with_first_station_registered_again": _constant(None)},
-    "greatest error of odometry again": {f"{_MODELS}.without_greatest_error": _constant(None)},
+    "wrong registrations": {f"{_MODELS}.without_greatest_error": _constant(None)},
     "estimated odometry noise": {f"{_POSES}.annealing.with_estimated_odometry_noise": _unchanged(1)},
     "duplicates": {f"{_POSES}.annealing._merged": _unchanged()},
     "weak oblique walls": {f"{_MANHATTAN}.ManhattanSettings.min_llr_if_oblique": -math.inf},
