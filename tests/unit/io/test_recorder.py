@@ -1,5 +1,6 @@
 """A recording that grows sweep by sweep."""
 
+import ctypes
 import multiprocessing
 import os
 import random
@@ -141,7 +142,7 @@ def test_a_count_of_rows_that_was_changed_is_refused(tmp_path: Path) -> None:
         read_recording(tmp_path / "rec")
 
 
-def record_until_killed(path: Path, first: int, done: "multiprocessing.sharedctypes.Synchronized[int]") -> None:
+def record_until_killed(path: Path, first: int, done: ctypes.c_int) -> None:
     with Recorder(path, rig=RIG, append=True) as recorder:
         for number in range(first, first + 10_000):
             recorder.add(sweep(number))
@@ -156,7 +157,8 @@ def test_a_program_that_is_killed_loses_at_most_the_sweep_in_progress(tmp_path: 
         # A long recording takes long to read.
         path = tmp_path / f"rec-{kill // 10}"
         recorded = 0 if kill % 10 == 0 else recorded
-        done = context.Value("i", recorded)
+        # Without a lock: a process that is killed while it holds one never returns it.
+        done = context.Value("i", recorded, lock=False)
         child = context.Process(target=record_until_killed, args=(path, recorded, done))
         child.start()
         while done.value == recorded and child.is_alive():
