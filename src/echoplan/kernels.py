@@ -35,7 +35,9 @@ def sort(values: A) -> None:
 @inlined
 def order_of(keys: FloatArray) -> IntArray:
     """Return the positions that sort keys, in ascending order (Shell 1959)."""
-    order: IntArray = np.arange(len(keys))
+    order = np.empty(len(keys), np.int64)
+    for place in range(len(order)):
+        order[place] = place
     gap = len(keys) // 2
     while gap > 0:
         for end in range(gap, len(order)):

@@ -1,7 +1,9 @@
+import gc
 import os
 import subprocess
 import sys
 from collections import namedtuple
+from contextlib import suppress
 from enum import IntEnum
 from pathlib import Path
 from typing import Any
@@ -60,6 +62,28 @@ def test_that_it_compiles_is_logged_once(caplog: pytest.LogCaptureFixture) -> No
         for number in range(2):
             compiled(lambda x: x + number)(1.0)  # noqa: B023 - called at once
     assert [record.message[:9] for record in caplog.records] == ["Compiling"]
+
+
+@pytest.mark.parametrize("is_enabled", [True, False])
+@pytest.mark.parametrize("value", ["x", "None"])
+def test_garbage_is_collected_after_compiling_as_before_it(*, is_enabled: bool, value: str) -> None:
+    during = set()
+
+    def looked(x: float) -> float:
+        return x
+
+    @numba.extending.overload(looked)
+    def look(x: Any) -> Any:
+        during.add(gc.isenabled())
+        return looked if isinstance(x, numba.types.Float) else None
+
+    (gc.enable if is_enabled else gc.disable)()
+    try:
+        with suppress(numba.TypingError):
+            compiled(eval(f"lambda x: looked({value})", {"looked": looked}))(1.0)
+        assert (during, gc.isenabled()) == ({False}, is_enabled)
+    finally:
+        gc.enable()
 
 
 PARTS = {

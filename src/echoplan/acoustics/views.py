@@ -64,7 +64,7 @@ def views_of(tables: SonarTables, shape: Shape, least: float, reach: float) -> V
         while node >= 0 and aimed + tables.beam[node] - tables.beam[0] <= least:
             node -= 1
         cosines[step] = math.sqrt(1.0 - min(node + 1, SQUARED_SINES) / PER_SQUARED_SINE)
-    return Views(cosines, reach, cosines.min())
+    return Views(cosines, reach, cosines[0])
 
 
 @inlined

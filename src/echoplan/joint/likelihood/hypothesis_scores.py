@@ -98,7 +98,10 @@ def _judged(
 ) -> tuple[float, float, float, FloatArray]:
     """Return total, low, high and contributions by station, as in ``HypothesisScore``."""
     llr_by_station = _by_station(ping_arrays, scores, log_densities)
-    if len(frame[0]) and llr_by_station.min() < -1.0 and llr_by_station.max() > 4.0:
+    least = most = 0.0
+    for llr in llr_by_station:
+        least, most = min(least, llr), max(most, llr)
+    if len(frame[0]) and least < -1.0 and most > 4.0:
         _excuse(llr_by_station, shape_of(reflector), ping_arrays[2], frame)
     if reflector[0] != _WALL:
         return llr_by_station.sum(), 0.0, 0.0, llr_by_station
@@ -164,7 +167,10 @@ def _greatest_run(llr_by_station: FloatArray) -> tuple[int, int]:
 @inlined
 def _run_about(llr_by_station: FloatArray, feet: FloatArray, known: tuple[float, float]) -> tuple[int, int]:
     """Return the run with the greatest sum among those that contain all stations within the known extent."""
-    first, last = int(np.searchsorted(feet, known[0])), int(np.searchsorted(feet, known[1]))
+    first, last = 0, 0
+    for foot in feet:
+        first += foot < known[0]
+        last += foot < known[1]
     best = total = 0.0
     for number in range(first - 1, -1, -1):
         total += llr_by_station[number]

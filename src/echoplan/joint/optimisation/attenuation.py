@@ -76,7 +76,10 @@ def _attenuations(measurements: Measurements, tables: SonarTables, features: Fea
             if past[station]:
                 attenuations[feature, station] = np.inf
                 continue
-            best = np.argmax(log_likelihoods[station])
+            best = 0
+            for attenuation in range(_ATTENUATIONS):
+                if log_likelihoods[station, attenuation] > log_likelihoods[station, best]:
+                    best = attenuation
             if log_likelihoods[station, best] > log_likelihoods[station, 0] + _COST:
                 attenuations[feature, station] = best
     return attenuations, bias_variances
@@ -128,7 +131,7 @@ def _past(measurements: Measurements, features: Features, feature: int) -> BoolA
     for station in range(len(past)):
         past[station] = _is_past(shape, reach, measurements.centers[station])
         others += not past[station] and not math.isinf(features.attenuations[feature, station])
-    return past if others else np.zeros_like(past)
+    return past if others else np.zeros(len(past), dtype=np.bool_)
 
 
 @inlined

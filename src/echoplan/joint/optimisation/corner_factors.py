@@ -86,10 +86,12 @@ def constrained_corners(reflectors: FloatArray, settings: CornerFactorSettings) 
 @compiled
 def _square_pairs(reflectors: FloatArray, tolerance: float) -> IntArray:
     """Return the index pairs of walls at a right angle, shape (p, 2)."""
-    walls, count = np.flatnonzero(reflectors[:, 0] == _WALL), 0
-    pairs = np.empty((len(walls) * len(walls) // 2, 2), np.int64)
-    for place, one in enumerate(walls):
-        for other in walls[place + 1 :]:
+    count = 0
+    pairs = np.empty((len(reflectors) * len(reflectors) // 2, 2), np.int64)
+    for one in range(len(reflectors)):
+        for other in range(one + 1, len(reflectors)):
+            if not reflectors[one, 0] == reflectors[other, 0] == _WALL:
+                continue
             # At a right angle the cosine of the angle between the normals is zero, whichever way the walls face.
             if abs(math.cos(reflectors[one, 1] - reflectors[other, 1])) < math.sin(tolerance):
                 pairs[count, 0], pairs[count, 1] = one, other

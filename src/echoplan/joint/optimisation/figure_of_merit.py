@@ -102,7 +102,9 @@ def _faced(measurements: Measurements, reflector: FloatArray, extent: tuple[floa
         late = measurements.readings[ping] * scale - depth
         detected = _EARLY < late < _LATE
         if detected or (late > _BEHIND and depth < measurements.max_range - _RIM):
-            rows[count] = depth, abs(sine), strength, 1.0 if detected else 0.0
+            # One by one: Numba takes a second to compile the assignment of a tuple to a row.
+            rows[count, 0], rows[count, 1], rows[count, 2] = depth, abs(sine), strength
+            rows[count, 3] = 1.0 if detected else 0.0
             count += 1
     return rows[:count].copy()
 

@@ -278,7 +278,7 @@ def _linearise_readings(
         owners=owners,
         stations=stations[:, None],
         neighbours=neighbours,
-        jacobian=jacobian if len(now.poses) else jacobian[:, :POSE_COLUMNS],
+        jacobian=jacobian if len(now.poses) else jacobian[:, :POSE_COLUMNS].copy(),
         residuals=residuals,
         weights=_with_shared_bias(counts / robust_variances, owners, stations, _shared_variances(now, priors)),
     )

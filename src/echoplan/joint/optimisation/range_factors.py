@@ -134,10 +134,11 @@ def residuals_of(measurements: Measurements, tables: SonarTables, features: Feat
 
     If the sensor does not face its landmark any more, the whole reading is the residual.
     """
-    explained = np.flatnonzero(owners >= 0)
-    residuals = np.empty(len(explained))
-    for row, ping in enumerate(explained):
-        owner, reading = owners[ping], measurements.readings[ping] * tables.scale
+    residuals, row = np.empty(len(owners)), 0
+    for ping, owner in enumerate(owners):
+        if owner < 0:
+            continue
+        reading = measurements.readings[ping] * tables.scale
         shape, attenuation = (
             shape_of(features.reflectors[owner]),
             features.attenuations[owner, measurements.stations[ping]],
@@ -147,7 +148,8 @@ def residuals_of(measurements: Measurements, tables: SonarTables, features: Feat
         residuals[row] = (
             reading if math.isinf(late) else late - walk_of(tables, excess_of(tables, geometry) - attenuation)
         )
-    return residuals
+        row += 1
+    return residuals[:row].copy()
 
 
 @inlined

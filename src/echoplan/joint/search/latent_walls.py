@@ -20,6 +20,7 @@ from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.image_sources import Extent, Point
 from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
 from echoplan.joint.likelihood.ping_scores import NO_ECHO
+from echoplan.kernels import order_of
 from echoplan.preprocessing.measurements import Measurements, select_measurements
 
 __all__ = ["log_densities_over_latent_walls"]
@@ -102,7 +103,7 @@ def _best_echoes(
     """Return the gain of the best latent wall at a known wall [nats], and its log densities."""
     corners, llr_by_station = _corners(few, tables, known, loudest, bare, _COARSE * noise)
     most, echoes = 0.0, np.full(len(bare), NO_ECHO)
-    for number in np.argsort(-llr_by_station)[:_BEST]:
+    for number in order_of(-llr_by_station)[:_BEST]:
         if llr_by_station[number] > 0.0:
             corner = Corner(corners[number, 0], corners[number, 1], corners[number, 2])
             gain, log_densities = _refined(few, tables, known[0], corner, bare, noise)
@@ -130,7 +131,7 @@ def _corners(
         vertex = foot + side * math.sqrt(max(away * away - depth * depth, 0.0))
         beyond = side * (vertex - extent[number % 2])
         if away > depth and -_BEFORE < beyond < _BEYOND:
-            corners[number] = vertex, opening, side
+            corners[number, 0], corners[number, 1], corners[number, 2] = vertex, opening, side
             log_densities = _echoes(few, tables, wall, Corner(vertex, opening, side), noise)
             llr_by_station[number] = _gain(few, log_densities, bare)
     return corners, llr_by_station

@@ -79,7 +79,7 @@ def refine(
             moved[1 + axis] += min(max(step[axis], -_LONGEST[axis]), _LONGEST[axis])
         if free == 3:
             moved[3] = min(max(moved[3], _THIN), _THICK)
-        if np.abs(step).max() < 1e-5:
+        if max(abs(step[0]), abs(step[1]), abs(step[2])) < 1e-5:
             break
     return moved
 
@@ -113,7 +113,7 @@ def _step(
     normal, right = np.zeros((3, 3)), np.zeros(3)
     for ping in pings:
         place = (measurements.x[ping], measurements.y[ping], measurements.ux[ping], measurements.uy[ping])
-        depth, excess = differentiate(tables, shape, place, jacobian)
+        depth, excess = differentiate(tables, shape, place, jacobian, 0.0)
         late = measurements.readings[ping] * tables.scale - depth - walk_of(tables, excess)
         if excess < _FAINT or excess == SILENCE or depth < _TINY or abs(late) >= band:
             continue
