@@ -48,6 +48,11 @@ def edge(x: float, y: float) -> FloatArray:
     return np.array([Kind.EDGE, x, y, 0.0])
 
 
+def round_wall(x: float, y: float, radius: float) -> FloatArray:
+    """The inside of a round wall as four numbers."""
+    return np.array([Kind.ROUND, x, y, radius])
+
+
 def listening(
     stations_xy: Sequence[tuple[float, float]] = STATIONS,
     *,

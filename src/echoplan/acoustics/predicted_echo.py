@@ -36,20 +36,24 @@ class Kind(IntEnum):
     """What a reflector can be to a sonar, and so what its three parameters mean.
 
     A reflector is kept as four numbers: its kind and ``normal_angle, offset, reflection_loss`` for a wall (in dB; 0 if
-    it reflects all sound), ``x, y, radius`` for a cylinder, ``x, y, 0`` for a concave corner or a convex edge.
+    it reflects all sound), ``x, y, radius`` for a cylinder, ``x, y, 0`` for a concave corner or a convex edge, and
+    ``x, y, radius`` for a round wall, which is the inside of a cylinder.
     """
 
     WALL = 0
     CYLINDER = 1
     CORNER = 2
     EDGE = 3
+    ROUND = 4
 
 
 # Plain numbers, for compiled functions fold constants but not members of an enumeration.
-_WALL, _CYLINDER, _EDGE = int(Kind.WALL), int(Kind.CYLINDER), int(Kind.EDGE)
+_WALL, _CYLINDER, _EDGE, _ROUND = int(Kind.WALL), int(Kind.CYLINDER), int(Kind.EDGE), int(Kind.ROUND)
 
 # The face of a transducer is not a point: depths below this count as this [m].
 _NEAREST = 0.02
+# Nearer to its centre a round wall counts as seen from here [m]: the direction of its echo is not defined there.
+_NEAREST_CENTER = 0.05
 # No cylinder is thinner than this [m]: it would be a fraction of a wavelength, and its echo law another.
 _THINNEST = 1e-3
 # An edge scatters 36 dB less than a plane at 1 m, falling off by 10 dB a decade more (GTD, 90 degree wedge).
@@ -119,6 +123,12 @@ def echo_geometry(shape: Shape, ping: Ping) -> EchoGeometry:
     cosine, sine = (ux * dx + uy * dy) / distance, (dx * uy - dy * ux) / distance
     if kind == _CYLINDER:
         return distance - radius, cosine, sine, distance, 10.0 * math.log10(max(radius, _THINNEST) / distance)
+    if kind == _ROUND:
+        # From inside, sound returns from where the line through the centre meets the wall: ahead, or behind the centre.
+        distance = max(distance, _NEAREST_CENTER)
+        if cosine > 0.0:
+            return radius + distance, cosine, sine, distance, 0.0
+        return radius - distance, -cosine, -sine, -distance, 0.0
     if kind == _EDGE:
         return distance, cosine, sine, distance, _EDGE_LOSS - 10.0 * math.log10(max(distance, _NEAREST))
     return distance, cosine, sine, distance, 0.0
@@ -266,6 +276,8 @@ def differentiate(
     turning = by_angle / distance
     jacobian[0], jacobian[1] = radial * ex + turning * ey, radial * ey - turning * ex
     jacobian[3], jacobian[4] = -jacobian[0], -jacobian[1]
+    if kind == _ROUND:
+        jacobian[2] = by_depth
     if kind == _CYLINDER:
         jacobian[2] = by_strength * 0.5 * _PER_NEPER / max(shape[3], _THINNEST) - by_depth
     return depth, excess

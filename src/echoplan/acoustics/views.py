@@ -12,7 +12,7 @@ from echoplan.compiled import inlined
 
 __all__ = ["Views", "in_view", "views_of"]
 
-_WALL = int(Kind.WALL)
+_WALL, _ROUND = int(Kind.WALL), int(Kind.ROUND)
 # Steps of depth.
 _DEPTHS = 64
 # Nearer than this everything is as loud as here [m].
@@ -96,9 +96,11 @@ def in_view(views: Views, shape: Shape, ping: Ping) -> bool:
     else:
         dx, dy = a - x, b - y
         ahead, distance = ux * dx + uy * dy, math.sqrt(dx * dx + dy * dy) + 1e-12
-        if ahead < views.widest * distance:
+        if (abs(ahead) if kind == _ROUND else ahead) < views.widest * distance:
             return False
         depth, cosine = distance - radius, ahead / distance
+        if kind == _ROUND:
+            depth, cosine = radius + distance if ahead > 0.0 else radius - distance, abs(cosine)
     return 0.0 < depth <= views.reach and cosine >= views.cosines[int(depth / views.reach * _DEPTHS)]
 
 
@@ -108,4 +110,4 @@ def _before(shape: Shape, depth: float) -> Ping:
     kind, a, b, radius, _ = shape
     if kind == _WALL:
         return a * (radius - depth), b * (radius - depth), a, b
-    return a - depth - radius, b, 1.0, 0.0
+    return a + (radius - depth if kind == _ROUND else -depth - radius), b, 1.0, 0.0

@@ -19,7 +19,8 @@ class LandmarkType(NamedTuple):
     parameters: int
     # What it is in a map.
     feature_class: FeatureClass
-    # Whether it reflects specularly.  Points return little sound, so that non-detections of them are weak evidence.
+    # Whether the level of its echo is known. Points return little sound, so that non-detections of them are weak
+    # evidence, and a round wall focuses it.
     is_surface: bool
     # Whether it returns sound in all directions, so that every station with a free view should detect it.
     is_omnidirectional: bool
@@ -67,6 +68,14 @@ LANDMARKS: dict[Kind, LandmarkType] = {
         is_surface=True,
         is_omnidirectional=True,
         proposal_cell=(0.04, 0.04, 0.05),
+        refined_cell=(0.015, 0.015, 0.02),
+    ),
+    Kind.ROUND: LandmarkType(
+        parameters=3,
+        feature_class=FeatureClass.WALL,
+        is_surface=False,
+        is_omnidirectional=False,
+        proposal_cell=(0.04, 0.04, 0.04),
         refined_cell=(0.015, 0.015, 0.02),
     ),
 }

@@ -167,7 +167,7 @@ def _distance(feature: Hypothesis, centers_xy: FloatArray) -> float:
     """Return the least distance of a landmark from any of some points, shape (s, 2) [m]."""
     if not feature.is_wall:
         away: FloatArray = np.hypot(*(centers_xy - feature.reflector[1:3]).T)
-        return float(away.min())
+        return float(np.abs(away - feature.reflector[3]).min())
     normal, along = directions(feature.line[0]), directions(feature.line[0] + np.pi / 2)
     places = centers_xy @ along
     beside = places - np.clip(places, *feature.extent)

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.joint.estimate import Estimate
 from echoplan.joint.likelihood.hypothesis import Hypothesis
@@ -15,6 +16,7 @@ from echoplan.joint.likelihood.track_history import LineEvidence, TrackHistory
 from echoplan.joint.map_extraction.corners import find_vertices
 from echoplan.joint.map_extraction.endpoint_views import line_evidence
 from echoplan.joint.map_extraction.map_builder import MapBuilder
+from echoplan.joint.map_extraction.round_walls import lies_on
 from echoplan.joint.map_extraction.segment import CELL
 from echoplan.joint.map_extraction.segments import find_segments
 from echoplan.joint.marginal_prior import MarginalPrior, marginalise_poses
@@ -72,7 +74,10 @@ def survey(estimate: Estimate, marginal_prior: MarginalPrior, path_xy: FloatArra
         solution = optimise(nothing, state, priors, settings.optimiser, known=known)
     features = [replace(each, reflector=row) for each, row in zip(found, solution.reflectors, strict=True)]
     echoes = marginal_prior.corner_echoes_of(features)
-    segments = find_segments(features, echoes, path_xy, settings.segments)
+    round_ones = [each for each in features if each.kind is Kind.ROUND]
+    segments = [
+        each for each in find_segments(features, echoes, path_xy, settings.segments) if not lies_on(each, round_ones)
+    ]
     # Errors of the sonar model do not average out over many stations: they bound the covariances from below.
     lacking = settings.optimiser
     best = min(priors.offset_sigma, lacking.min_offset_sigma)
@@ -288,6 +293,8 @@ def _counted(history: TrackHistory, number: int, estimate: Estimate, going: _Mar
 def _with_specular_points(history: TrackHistory, number: int, estimate: Estimate, going: _Marginalised) -> TrackHistory:
     """Add specular points, crossings of the line by sound, and line evidence of a wall."""
     wall, paths = estimate.features[number], going.paths
+    if wall.kind is Kind.ROUND:
+        return replace(history, feet=_joined(history.feet, paths.bearings(number, wall.reflector[1:3])))
     if not wall.is_wall:
         return history
     line = history.line.joined(going.lines[number])

@@ -43,20 +43,24 @@ def ping(x: float, y: float, bearing: float) -> Ping:
 
 
 def reflectors(kind: Kind, count: int, *, seed: int) -> FloatArray:
-    """Reflectors of a kind, 0.3 to 3 m from the origin, all around it."""
+    """Reflectors of a kind, 0.3 to 3 m from the origin, all around it; round walls about it."""
     rng = np.random.default_rng(seed)
     ways, depths, radii = rng.uniform(-np.pi, np.pi, count), rng.uniform(0.3, 3.0, count), rng.uniform(0.01, 0.2, count)
     if kind is Kind.WALL:
         return np.column_stack([np.full(count, kind), ways, depths, np.zeros(count)])
     if kind is Kind.EDGE:
         depths = 0.15 * depths
+    if kind is Kind.ROUND:
+        return np.column_stack([np.full(count, kind), 0.3 * np.cos(ways), 0.3 * np.sin(ways), 0.5 + 0.5 * depths])
     reach = depths + radii if kind is Kind.CYLINDER else depths
     round_ = radii if kind is Kind.CYLINDER else np.zeros(count)
     return np.column_stack([np.full(count, kind), reach * np.cos(ways), reach * np.sin(ways), round_])
 
 
 def toward(reflector: FloatArray) -> float:
-    """Direction from the origin to a reflector."""
+    """Direction from the origin to a reflector: the nearest point of a large round wall, the farthest of a small."""
+    if reflector[0] == Kind.ROUND and reflector[3] > 1.2:
+        return float(np.arctan2(-reflector[2], -reflector[1]))
     return float(reflector[1] if reflector[0] == Kind.WALL else np.arctan2(reflector[2], reflector[1]))
 
 
@@ -66,6 +70,10 @@ def written_out(model: EchoModel, reflector: FloatArray, place: tuple[float, flo
     x, y, bearing = place
     if kind == Kind.WALL:
         depth, way, strength = b - np.cos(a) * x - np.sin(a) * y, a, 0.0
+    elif kind == Kind.ROUND:
+        away, ahead = np.hypot(a - x, b - y), np.cos(bearing) * (a - x) + np.sin(bearing) * (b - y) > 0.0
+        depth, strength = radius + away if ahead else radius - away, 0.0
+        way = np.arctan2(b - y, a - x) if ahead else np.arctan2(y - b, x - a)
     else:
         depth, way = np.hypot(a - x, b - y) - radius, np.arctan2(b - y, a - x)
         strength = {
@@ -107,7 +115,7 @@ def test_derivatives_are_those_of_the_reading(kind: Kind) -> None:
         excess = differentiate(tables, shape_of(reflector), ping(*unknowns[3:]), jacobian)[1]
         moved = step * np.eye(6)
         differences = np.array([(reading(unknowns + way) - reading(unknowns - way)) / (2 * step) for way in moved])
-        free = [0, 1, 2, 3, 4, 5] if kind is Kind.CYLINDER else [0, 1, 3, 4, 5]
+        free = [0, 1, 2, 3, 4, 5] if kind in (Kind.CYLINDER, Kind.ROUND) else [0, 1, 3, 4, 5]
         assert jacobian[free] == pytest.approx(differences[free], abs=1e-5)
         by_level, by_width = louder(reflector, ping(*unknowns[3:]))
         assert jacobian[6] == pytest.approx(by_level, abs=1e-6)

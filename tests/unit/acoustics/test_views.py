@@ -6,10 +6,11 @@ import pytest
 from echoplan.acoustics.predicted_echo import predict_echo, shape_of
 from echoplan.acoustics.views import in_view, views_of
 from echoplan.arrays import FloatArray
-from helpers.expectations import REACH, SONAR, corner, cylinder, edge, wall
+from helpers.expectations import REACH, SONAR, corner, cylinder, edge, round_wall, wall
 
 LEAST = -4.0
 REFLECTORS = [wall(0.3, 1.5), wall(2.0, -0.2), cylinder(0.4, 1.0, 0.1), corner(2.0, 1.5), edge(0.3, 0.9)]
+REFLECTORS += [round_wall(0.3, -0.2, 2.4), round_wall(0.6, 0.5, 1.2)]
 
 
 def pings(count: int) -> FloatArray:

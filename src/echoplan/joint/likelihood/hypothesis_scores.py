@@ -14,7 +14,7 @@ from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["STRONGEST_MISS", "HypothesisScore", "Occluders", "missed", "rescore"]
 
-_WALL, _CYLINDER = int(Kind.WALL), int(Kind.CYLINDER)
+_WALL, _CYLINDER, _ROUND = int(Kind.WALL), int(Kind.CYLINDER), int(Kind.ROUND)
 
 # Lower bound of the log-likelihood ratio of one station [nats]: it may have stood behind an unmapped object.
 STRONGEST_MISS = 12.0
@@ -225,7 +225,8 @@ def _view(shape: Shape, x: float, y: float) -> tuple[float, float]:
         return way * shape[1], way * shape[2]
     dx, dy = shape[1] - x, shape[2] - y
     length = math.sqrt(dx * dx + dy * dy) + 1e-12
-    share = (length - shape[3] - MASKING) / length
+    # From inside, a round wall is behind the station.
+    share = (length - shape[3] + MASKING if shape[0] == _ROUND else length - shape[3] - MASKING) / length
     return share * dx, share * dy
 
 

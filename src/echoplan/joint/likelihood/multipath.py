@@ -16,6 +16,7 @@ from echoplan.joint.likelihood.hypothesis import Hypothesis, Key
 from echoplan.joint.likelihood.image_sources import Extent, farthest_audible
 from echoplan.joint.likelihood.ping_scores import NO_ECHO
 from echoplan.joint.likelihood.ray_cone_returns import flanks_of
+from echoplan.joint.likelihood.tangents import PATHS, tangents
 from echoplan.kernels import doubled
 from echoplan.preprocessing.measurements import Measurements
 
@@ -108,19 +109,46 @@ class Multipath:
             self._remember((one, one), (pings, log_densities[pings]))
 
     def _compute(self, numbered: Mapping[int, Hypothesis], pairs: Sequence[tuple[int, int]]) -> None:
-        """Compute double bounces and crosstalk of pairs."""
-        if self._emissions is None:
-            self._emissions = emissions_of(self._measurements, self._tables)
+        """Compute double bounces and crosstalk of pairs of landmarks, and inside round walls."""
+        flat = [pair for pair in pairs if numbered[pair[0]].is_wall]
+        if flat:
+            self._compute_between(numbered, flat)
+        for one, _ in pairs:
+            if numbered[one].kind is Kind.ROUND:
+                self._remember((one, one), self._compute_inside(numbered[one].reflector))
+
+    def _compute_between(self, numbered: Mapping[int, Hypothesis], pairs: Sequence[tuple[int, int]]) -> None:
+        """Compute double bounces and crosstalk of pairs of walls, or of a wall and a cylinder."""
         places = {number: place for place, number in enumerate(numbered)}
         landmarks = (
             np.array([each.reflector for each in numbered.values()]),
             np.array([e.extent for e in numbered.values()]),
         )
-        inputs = self._measurements, self._tables, self._emissions
+        inputs = self._measurements, self._tables, self._listed_emissions()
         wanted = np.array([(places[one], places[other]) for one, other in pairs])
         bounds, pings, log_densities = _cast(*inputs, landmarks, wanted, self._noise)
         for pair, low, high in zip(pairs, bounds[:-1].tolist(), bounds[1:].tolist(), strict=True):
             self._remember(pair, (pings[low:high], log_densities[low:high]))
+
+    def _compute_inside(self, round_wall: FloatArray) -> Ghost:
+        """Compute crosstalk and double bounces inside a round wall, which looks different from each station."""
+        stations, log_densities = self._measurements.stations, np.full(len(self._measurements.readings), NO_ECHO)
+        emissions = self._listed_emissions()
+        for station, center_xy in enumerate(self._measurements.centers):
+            # All other stations have no emissions.
+            first, last = emissions.bounds[station : station + 2]
+            bounds = np.where(np.arange(len(emissions.bounds)) <= station, first, last)
+            inputs = self._measurements, self._tables, emissions._replace(bounds=bounds)
+            _, pings, found = _cast(*inputs, tangents(round_wall, center_xy), PATHS, self._noise)
+            own = stations[pings] == station
+            np.maximum.at(log_densities, pings[own], found[own])
+        pings = np.flatnonzero(log_densities > NO_ECHO)
+        return pings, log_densities[pings]
+
+    def _listed_emissions(self) -> Emissions:
+        if self._emissions is None:
+            self._emissions = emissions_of(self._measurements, self._tables)
+        return self._emissions
 
     def _remember(self, pair: tuple[int, int], ghost: Ghost) -> None:
         one, other = pair
@@ -137,10 +165,11 @@ def _range_of(tables: SonarTables) -> tuple[float, float]:
 def _casting(numbered: Mapping[int, Hypothesis]) -> Iterator[tuple[int, set[int]]]:
     """Yield each wall with its partners in multipath: itself, the walls after it, and all cylinders.
 
-    No station needs to detect both: a wall also reflects sound toward another one from where its own echo does not
-    return.
+    A round wall has no partner but itself. No station needs to detect both: a wall also reflects sound toward another
+    one from where its own echo does not return.
     """
     others = {number for number, each in numbered.items() if each.reflector[0] == _CYLINDER}
+    yield from ((number, {number}) for number, each in numbered.items() if each.kind is Kind.ROUND)
     for number, each in reversed(list(numbered.items())):
         if each.is_wall:
             others.add(number)

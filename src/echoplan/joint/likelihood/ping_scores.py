@@ -9,6 +9,8 @@ from echoplan.acoustics.echo_model import COSINE_LIMIT
 from echoplan.acoustics.predicted_echo import (
     EchoGeometry,
     Kind,
+    Ping,
+    Shape,
     SonarTables,
     echo_geometry,
     excess_of,
@@ -35,7 +37,7 @@ __all__ = [
     "score_pings",
 ]
 
-_WALL = int(Kind.WALL)
+_WALL, _ROUND = int(Kind.WALL), int(Kind.ROUND)
 
 # Log density of a reading that an association does not explain.
 NO_ECHO = -99.0
@@ -70,7 +72,8 @@ class PingScores(NamedTuple):
     audible: BoolArray
     # Whether nothing nearer was detected, shape (m,).
     unmasked: BoolArray
-    # Foot of the perpendicular from the sensor, along a wall [m], shape (m,); 0 for other landmarks.
+    # Foot of the perpendicular from the sensor, along a wall [m], or bearing of the specular point from the centre of a
+    # round wall [rad], shape (m,); 0 for other landmarks.
     feet: FloatArray
 
 
@@ -113,7 +116,9 @@ def score_pings(measurements: Measurements, tables: SonarTables, reflector: Floa
         if not detected:
             continue
         pings[kept] = ping
-        if shape[0] == _WALL:
+        if shape[0] == _ROUND:
+            feet[kept] = _bearing(shape, view)
+        elif shape[0] == _WALL:
             feet[kept] = shape[1] * measurements.y[ping] - shape[2] * measurements.x[ping]
         kept += 1
     return PingScores(
@@ -162,3 +167,10 @@ def log_density(late: float, scatter: float, excess: float) -> float:
 def log_non_detection(excess: float) -> float:
     """Return the log probability that an echo of this signal excess [dB] is not detected."""
     return _SURE_MISS if excess > _SURE else math.log(max(1.0 - _DETECTED * detection_probability(excess), _WRONG))
+
+
+@inlined
+def _bearing(shape: Shape, ping: Ping) -> float:
+    """Return the bearing of the specular point of a round wall from its centre [rad]: ahead of the sensor."""
+    dx, dy = shape[1] - ping[0], shape[2] - ping[1]
+    return math.atan2(dy, dx) if ping[2] * dx + ping[3] * dy > 0.0 else math.atan2(-dy, -dx)

@@ -5,7 +5,9 @@ touches both (Leonard and Durrant-Whyte 1992). Proposals need only be approximat
 decide.
 """
 
+import math
 from dataclasses import dataclass
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +17,14 @@ from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.geometry import directions, wrap
 from echoplan.joint.landmarks import LANDMARKS
 
-__all__ = ["ArcMeasurements", "CandidateSettings", "propose_hypotheses"]
+__all__ = ["ROUND_STATIONS", "ArcMeasurements", "CandidateSettings", "propose_hypotheses"]
+
+
+# Number of arcs with most pings of which all triples suggest round walls; least determinant of their normals; least and
+# greatest radius [m].
+_LONGEST_ARCS, _LEAST_DETERMINANT, _ROUNDEST, _FLATTEST = 50, 0.2, 0.4, 8.0
+# Greatest distance of a plane from a round wall that it touches [m]; least number of stations that detect one.
+_TOUCHED, ROUND_STATIONS = 0.02, 5
 
 
 class CandidateSettings(NamedTuple):
@@ -45,6 +54,8 @@ class ArcMeasurements:
     centers: FloatArray
     # ``(normal_angle, offset)`` [rad, m], shape (a, 2).
     planes: FloatArray
+    # Number of pings of each arc, shape (a,).
+    pings: IntArray
 
     @property
     def depths(self) -> FloatArray:
@@ -90,6 +101,7 @@ def propose_hypotheses(arc_measurements: ArcMeasurements, fresh: BoolArray, sett
             _distinct(Kind.WALL, np.column_stack([walls, 0 * walls[:, 0]]), settings),
             _distinct(Kind.CORNER, points, settings),
             _distinct(Kind.CYLINDER, rounds, settings),
+            _distinct(Kind.ROUND, _round_walls(arc_measurements, turn), settings),
         ]
     )
 
@@ -134,6 +146,30 @@ def _circles(arc_measurements: ArcMeasurements, pairs: _Pairs, *, radius: float,
         away = centers - arc_measurements.centers[ends]
         fits &= np.abs(wrap(np.arctan2(away[:, 1], away[:, 0]) - arc_measurements.planes[ends, 0])) < turn
     return np.column_stack([centers, np.full(len(centers), radius)])[fits]
+
+
+def _round_walls(arc_measurements: ArcMeasurements, turn: float) -> FloatArray:
+    """Return circles that the planes of arcs from enough stations touch from outside, as (x, y, radius) [m].
+
+    The echo of a round wall returns along the line from the sensor through the centre, one way or the other. Any three
+    planes touch a circle, so more of them must do so.
+    """
+    longest = np.sort(np.argsort(-arc_measurements.pings, kind="stable")[:_LONGEST_ARCS])
+    stations, centers, offsets = (
+        each[longest] for each in (arc_measurements.stations, arc_measurements.centers, arc_measurements.planes[:, 1])
+    )
+    normals = directions(arc_measurements.planes[longest, 0])
+    triples = np.array(list(combinations(range(len(longest)), 3)), dtype=np.int64).reshape(-1, 3)
+    lines = np.concatenate([normals[triples], np.ones((len(triples), 3, 1))], axis=2)
+    spread = np.abs(np.linalg.det(lines)) > _LEAST_DETERMINANT
+    circles = np.linalg.solve(lines[spread], offsets[triples[spread]][:, :, None])[:, :, 0]
+    circles = circles[(circles[:, 2] > _ROUNDEST) & (circles[:, 2] < _FLATTEST)]
+    away = centers - circles[:, None, :2]
+    aside = np.abs(away[..., 0] * normals[:, 1] - away[..., 1] * normals[:, 0])
+    touched = np.abs(circles[:, :2] @ normals.T + circles[:, 2:] - offsets) < _TOUCHED
+    touched &= aside < math.sin(turn) * np.hypot(away[..., 0], away[..., 1])
+    supporting = np.array([len(np.unique(stations[row])) for row in touched], dtype=np.int64)
+    return circles[supporting >= ROUND_STATIONS]
 
 
 def _distinct(kind: Kind, candidates: FloatArray, settings: CandidateSettings) -> FloatArray:

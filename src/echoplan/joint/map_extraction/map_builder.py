@@ -9,11 +9,13 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from pydantic import Field
 
+from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import FloatArray
 from echoplan.geometry import crosses_segments, path_crossings, wrap
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.map_extraction.corners import Vertex
 from echoplan.joint.map_extraction.openings import Gap, merged_faces
+from echoplan.joint.map_extraction.round_walls import chords
 from echoplan.joint.map_extraction.segment import End, Segment, path_since
 from echoplan.joint.map_extraction.surroundings import backs_of, fronts_of, is_filled
 from echoplan.joint.optimisation.corner_factors import CornerFactorSettings, constrained_corners, crossing_jacobian
@@ -118,12 +120,19 @@ class MapBuilder:
         return {"walls": walls, "sigma": self.manhattan_prior.sigma, "along_axes": self.manhattan_prior.along_axes}
 
     def walls(self, gaps: Sequence[Gap]) -> tuple[Wall, ...]:
-        """Return one wall per segment; walls on both sides of an open gap end at its jambs."""
+        """Return one wall per segment, and round walls as chords; walls beside an open gap end at its jambs."""
         drawn = [self._drawn(number) for number in range(len(self.segments))]
         for gap in gaps:
             for number in gap.walls if gap.is_open else ():
                 drawn[number] = drawn[number].moved_to(gap, self.segments[number].along)
-        return tuple(self._wall(*each) for each in zip(self.segments, drawn, strict=True))
+        straight = [self._wall(*each) for each in zip(self.segments, drawn, strict=True)]
+        curved = (
+            chord
+            for number, each in enumerate(self.features)
+            if each.kind is Kind.ROUND
+            for chord in chords(each, self._covariance([number]))
+        )
+        return (*straight, *curved)
 
     def cylinders(self) -> tuple[Cylinder, ...]:
         """Return the cylinders."""

@@ -15,6 +15,7 @@ from typing import ClassVar
 import numpy as np
 from pydantic import Field
 
+from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.geometry import path_crossings
 from echoplan.joint.likelihood.hypothesis import Hypothesis
@@ -86,7 +87,7 @@ def find_segments(
     shape (p, 2) [m]. The occlusion by segments depends on the result, so it is repeated a few times.
     """
     walls = {number: each for number, each in enumerate(features) if each.is_wall and len(each.history.line.feet)}
-    discs = np.array([each.reflector[1:] for each in features if each.type.has_radius]).reshape(-1, 3)
+    discs = np.array([each.reflector[1:] for each in features if each.kind is Kind.CYLINDER]).reshape(-1, 3)
     segments: list[Segment] = []
     for _ in range(_ROUNDS):
         before, segments = segments, []

@@ -6,9 +6,11 @@ from typing import ClassVar
 import numpy as np
 from pydantic import Field
 
+from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import BoolArray, FloatArray
 from echoplan.geometry import wrap
 from echoplan.joint.likelihood.hypothesis import Hypothesis
+from echoplan.joint.likelihood.proposals import ROUND_STATIONS
 from echoplan.joint.search.ray_paths import unoccluded_stations
 from echoplan.joint.trace import Reason
 from echoplan.preprocessing.measurements import Measurements, step_of
@@ -19,6 +21,10 @@ __all__ = ["AcceptanceSettings", "AcceptanceTest"]
 
 # Negative log prior of a soft wall with one of five reflection losses: one wall in fifty is soft (a guess) [nats].
 _SOFT_COST = -math.log(0.02 / 5)
+
+
+# Least number of sectors of this size, as seen from its centre, in which a round wall must be detected [rad].
+_SECTORS, _SECTOR = 6, math.radians(15.0)
 
 
 class AcceptanceSettings(Settings):
@@ -95,11 +101,20 @@ class AcceptanceTest:
 
     def _lacks_stations(self, hypothesis: Hypothesis, log_densities: FloatArray) -> Reason | None:
         """Return the test of supporting stations that a hypothesis fails; None if they suffice."""
+        if hypothesis.kind is Kind.ROUND:
+            return None if self._is_round(hypothesis) else Reason.UNDERDETERMINED
         if self.has_single_station(hypothesis):
             is_whole = hypothesis.is_wall and self._is_whole(hypothesis, log_densities)
             return None if is_whole else Reason.SINGLE_STATION
         many = hypothesis.supporting(self.settings.min_second_station_llr) > 2
         return None if many or self._is_detected(hypothesis, log_densities) else Reason.WEAKLY_DETECTED
+
+    def _is_round(self, wall: Hypothesis) -> bool:
+        """Return True if a round wall was detected in enough directions: any three walls touch a circle."""
+        supporting = wall.llr_by_station > self.settings.min_second_station_llr
+        detected = (wall.ping_scores.densities > 0.0) & supporting[self._measurements.stations[wall.ping_scores.pings]]
+        directions = np.unique(np.floor(wall.ping_scores.feet[detected] / _SECTOR))
+        return bool(len(directions) >= _SECTORS and supporting.sum() >= ROUND_STATIONS)
 
     def has_single_station(self, hypothesis: Hypothesis) -> bool:
         """Return True if hardly more than one station supports a hypothesis."""

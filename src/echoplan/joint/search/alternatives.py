@@ -87,7 +87,7 @@ def _alternatives(likelihood: PingLikelihood, feature: Hypothesis) -> FloatArray
         away = feature.reflector[1:3] - middle
         away = away / (np.hypot(*away) + 1e-12)
         nearest = feature.reflector[1:3] - feature.reflector[3] * away
-    return np.array([reflector_at(kind, nearest, away, radius=_RADIUS) for kind in LANDMARKS])
+    return np.array([reflector_at(kind, nearest, away, radius=_RADIUS) for kind in LANDMARKS if kind is not Kind.ROUND])
 
 
 def _moved(likelihood: PingLikelihood, reflector: FloatArray, pings: IntArray) -> FloatArray:

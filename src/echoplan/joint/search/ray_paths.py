@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import BoolArray, FloatArray, IntArray
 from echoplan.geometry import directions
 from echoplan.joint.likelihood.hypothesis import Hypothesis
@@ -59,6 +60,12 @@ class Paths:
         places: FloatArray = np.sort(own @ directions(line[0] + math.pi / 2))
         return places
 
+    def bearings(self, owner: int, center_xy: FloatArray) -> FloatArray:
+        """Return the specular points of the pings of a round wall as bearings from its centre, sorted [rad]."""
+        away = self.ends_xy[self.owners == owner] - center_xy
+        bearings: FloatArray = np.sort(np.arctan2(away[:, 1], away[:, 0]))
+        return bearings
+
     def crossings(self, owner: int, line: FloatArray) -> FloatArray:
         """Return where sound of other landmarks crossed the line of a wall [m]: the mean by station and landmark."""
         pings, places = self.through(line)
@@ -91,11 +98,12 @@ def trace_paths(likelihood: PingLikelihood, features: Sequence[Hypothesis], *, s
     """
     measurements = likelihood.measurements
     starts = np.column_stack([measurements.x, measurements.y])
+    beams = np.column_stack([measurements.ux, measurements.uy])
     owners = _owners(likelihood, features)
     ends = np.full_like(starts, np.nan)
     for number, feature in enumerate(features):
         own = owners == number
-        ends[own] = _specular_points(feature, starts[own])
+        ends[own] = _specular_points(feature, starts[own], beams=beams[own])
     groups = measurements.stations * max(len(features), 1) + np.maximum(owners, 0)
     counts = np.bincount(groups[owners >= 0], minlength=int(groups.max(initial=0)) + 1)
     sure = (owners >= 0) & (counts[groups] >= max(1.0, _SPAN / step))
@@ -138,13 +146,17 @@ def _owners(likelihood: PingLikelihood, features: Sequence[Hypothesis]) -> IntAr
     return np.where(explained & (best > NO_ECHO), log_densities.argmax(axis=0), -1)
 
 
-def _specular_points(feature: Hypothesis, starts_xy: FloatArray) -> FloatArray:
-    """Return the specular points of a landmark for sensors at ``starts_xy`` [m]."""
+def _specular_points(feature: Hypothesis, starts_xy: FloatArray, *, beams: FloatArray) -> FloatArray:
+    """Return the specular points of a landmark for sensors at ``starts_xy`` [m] with unit vectors ``beams``."""
     if feature.is_wall:
         normal = directions(feature.line[0])
         feet: FloatArray = starts_xy + (feature.line[1] - starts_xy @ normal)[:, None] * normal
         return feet
     away = feature.reflector[1:3] - starts_xy
     length = np.hypot(*away.T)[:, None] + 1e-12
+    if feature.kind is Kind.ROUND:
+        side = np.where(np.sum(away * beams, axis=1, keepdims=True) > 0.0, 1.0, -1.0)
+        across: FloatArray = feature.reflector[1:3] + side * feature.reflector[3] * away / length
+        return across
     points: FloatArray = starts_xy + away * (length - feature.reflector[3]) / length
     return points

@@ -77,7 +77,7 @@ def refine(
         step = _step(measurements, tables, moved, near, (noise, width))
         for axis in range(free):
             moved[1 + axis] += min(max(step[axis], -_LONGEST[axis]), _LONGEST[axis])
-        if free == 3:
+        if reflector[0] == _CYLINDER:
             moved[3] = min(max(moved[3], _THIN), _THICK)
         if max(abs(step[0]), abs(step[1]), abs(step[2])) < 1e-5:
             break

@@ -17,7 +17,7 @@ from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["LandmarkMap", "LocalScan", "LocalisationSettings", "best_score", "local_scans", "locate", "score_poses"]
 
-_WALL = int(Kind.WALL)
+_WALL, _ROUND = int(Kind.WALL), int(Kind.ROUND)
 # A full turn [rad].
 _CIRCLE = 2.0 * math.pi
 # A wall may be detected up to this far beyond its extent [m].
@@ -239,7 +239,8 @@ def _depth(shape: Shape, extent: tuple[float, float], x: float, y: float) -> flo
     if shape[0] == _WALL:
         facing = extent[0] - _BESIDE < shape[1] * y - shape[2] * x < extent[1] + _BESIDE
         return shape[3] - shape[1] * x - shape[2] * y if facing else math.inf
-    return math.hypot(shape[1] - x, shape[2] - y) - shape[3]
+    # Where the echo of a round wall comes from depends on where the sensor looks.
+    return math.inf if shape[0] == _ROUND else math.hypot(shape[1] - x, shape[2] - y) - shape[3]
 
 
 @inlined

@@ -38,7 +38,7 @@ _SAME_WALL = DuplicateSettings(angle_gate=0.035, normal_distance_gate=0.012, gap
 # Reflection losses of soft walls that are proposed [dB]: they return half to an eighth of the amplitude.
 _LOSSES = (6.0, 9.0, 12.0, 15.0, 18.0)
 # Kinds that have proposals of their own, in this order.
-_PROPOSED = (Kind.WALL, Kind.CORNER, Kind.CYLINDER)
+_PROPOSED = (Kind.WALL, Kind.CORNER, Kind.CYLINDER, Kind.ROUND)
 
 
 class SearchSettings(AcceptanceSettings):
@@ -244,6 +244,7 @@ class Search:
             stations=stations,
             centers=likelihood.measurements.centers[stations],
             planes=arc_planes(arcs, likelihood.measurements, likelihood.tables),
+            pings=np.array([len(arc.pings) for arc in arcs]),
         )
         fresh: BoolArray = np.ones(len(arcs), dtype=bool)
         rows = propose_hypotheses(arc_measurements, fresh, self.settings.candidates)

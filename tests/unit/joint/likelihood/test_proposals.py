@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from echoplan.acoustics.predicted_echo import Kind
-from echoplan.arrays import FloatArray
+from echoplan.arrays import FloatArray, IntArray
 from echoplan.geometry import directions, wrap
 from echoplan.joint.likelihood.proposals import ArcMeasurements, CandidateSettings, propose_hypotheses
-from helpers.expectations import corner, cylinder, wall
+from helpers.expectations import corner, cylinder, round_wall, wall
 
 SETTINGS = CandidateSettings()
 STATIONS = np.array([[0.0, 0.0], [0.6, -0.3], [0.2, 0.7]])
@@ -26,7 +26,8 @@ def simulated_arcs(
             angle = normal + turn * (-1) ** number
             rows.append([number, *center, angle, depth + late + center @ directions(angle)])
     table = np.array(rows)
-    return ArcMeasurements(stations=table[:, 0].astype(int), centers=table[:, 1:3], planes=table[:, 3:])
+    numbers: IntArray = table[:, 0].astype(np.int64)
+    return ArcMeasurements(stations=numbers, centers=table[:, 1:3], planes=table[:, 3:], pings=np.full(len(table), 9))
 
 
 def proposals(arc_measurements: ArcMeasurements, *, fresh: list[bool] | None = None, **settings: Any) -> FloatArray:
@@ -151,8 +152,48 @@ def test_the_candidates_of_most_pairs_are_kept() -> None:
     assert distance(few, wall(0.4, 1.5)) < 1e-6
 
 
+def round_arcs(stations: FloatArray, *, turn: float = 0.0) -> ArcMeasurements:
+    """Return the arcs of a round wall of 2 m about (0.3, -0.2): nearest and farthest point from each station."""
+    rows = []
+    for number, center in enumerate(stations):
+        away = center - (0.3, -0.2)
+        for side in (1.0, -1.0):
+            angle = np.arctan2(side * away[1], side * away[0]) + turn * (-1) ** number
+            depth = 2.0 - side * np.hypot(*away)
+            rows.append([number, *center, angle, depth + center @ directions(angle)])
+    table = np.array(rows)
+    return ArcMeasurements(
+        stations=table[:, 0].astype(int),
+        centers=table[:, 1:3],
+        planes=table[:, 3:],
+        pings=np.full(len(table), 9),
+    )
+
+
+def test_arcs_of_five_stations_suggest_a_round_wall() -> None:
+    stations = np.array([[0.9, 0.4], [-0.6, 0.8], [0.2, -1.4], [1.4, -0.9], [-0.9, -0.5]])
+    candidates = proposals(round_arcs(stations, turn=np.radians(4.0)))
+    assert distance(candidates, round_wall(0.3, -0.2, 2.0)) < 0.02
+
+
+def test_arcs_of_four_stations_do_not_suggest_a_round_wall() -> None:
+    stations = np.array([[0.9, 0.4], [-0.6, 0.8], [0.2, -1.4], [1.4, -0.9]])
+    assert Kind.ROUND not in kinds(proposals(round_arcs(stations)))
+
+
+def test_a_rectangular_room_suggests_no_round_wall() -> None:
+    rng = np.random.default_rng(4)
+    room = [
+        wall(turn, away) for turn, away in zip(np.radians([0.0, 90.0, 180.0, -90.0]), (2.0, 1.5, 2.0, 1.5), strict=True)
+    ]
+    assert Kind.ROUND not in kinds(proposals(simulated_arcs(room, stations=rng.uniform(-1.0, 1.0, (12, 2)))))
+
+
 def test_the_depth_of_a_station_beyond_a_plane_is_bounded() -> None:
     arc_measurements = ArcMeasurements(
-        stations=np.array([0, 0]), centers=np.array([[0.0, 0.0], [2.0, 0.0]]), planes=np.array([[0.0, 1.5], [0.0, 1.5]])
+        stations=np.array([0, 0]),
+        centers=np.array([[0.0, 0.0], [2.0, 0.0]]),
+        planes=np.array([[0.0, 1.5], [0.0, 1.5]]),
+        pings=np.array([9, 9]),
     )
     assert arc_measurements.depths == pytest.approx([1.5, 0.03])
