@@ -96,9 +96,19 @@ def _is_near(event: Event, place: tuple[bool, Sequence[float]]) -> bool:
     return math.dist(event.parameters[:2], parameters[:2]) < _SAME_PLACE
 
 
+def _is_tangent(place: tuple[bool, Sequence[float]], event: Event) -> bool:
+    """Return True if a wall touches the round wall that a decision is about."""
+    is_wall, parameters = place
+    if not is_wall or event.kind is not Kind.ROUND:
+        return False
+    x, y, radius = event.parameters
+    away = x * math.cos(parameters[0]) + y * math.sin(parameters[0]) + radius - parameters[1]
+    return abs(away) < _SAME_PLACE
+
+
 def _name_of(event: Event) -> str:
     """Say where a landmark that is not in the map would be."""
-    kind = event.kind.name.lower()
+    kind = "round wall" if event.kind is Kind.ROUND else event.kind.name.lower()
     if event.kind is Kind.WALL:
         angle, offset = event.parameters
         return f"{kind} with normal {decimal(math.degrees(angle), 1)}° and offset {decimal(offset, 3)} m"
@@ -107,6 +117,10 @@ def _name_of(event: Event) -> str:
 
 
 def _why_there(place: tuple[bool, Sequence[float]], births: Sequence[Event]) -> str:
+    event = next((each for each in births if _is_tangent(place, each)), None)
+    if event is not None:
+        x, y, radius = (decimal(each, 3) for each in event.parameters)
+        return f"part of a round wall about ({x}, {y}) m with radius {radius} m, {_terms(event)}"
     event = next((each for each in reversed(births) if _is_near(each, place)), None)
     if event is None:
         return "no decision near this place: drawn where two walls meet, or moved since by a correction of poses"

@@ -4,6 +4,7 @@ import math
 from typing import Any
 
 from echoplan.acoustics.predicted_echo import Kind
+from echoplan.geometry import directions
 from echoplan.joint.trace import Decision, Event, Reason
 from echoplan.viewer import decisions_in_words
 from helpers import maps
@@ -30,6 +31,26 @@ def event(**changes: Any) -> Event:
 def test_a_wall_in_the_map_says_why_it_was_added() -> None:
     (item,) = decisions_in_words([event()], FOUND).items
     assert item == ("wall 0", "added: log-likelihood ratio 31.0 > 12.0; detections +31.0 from 3 stations")
+
+
+def round_wall(radius: float) -> Event:
+    """A round wall whose centre is 2 m from the middle of the wall in the map."""
+    (wall,) = FOUND.walls
+    x, y = wall.endpoints_xy.mean(axis=0) - 2.0 * directions(wall.normal_angle)
+    return event(kind=Kind.ROUND, parameters=(float(x), float(y), radius))
+
+
+def test_a_chord_of_a_round_wall_says_so() -> None:
+    (name, text), *_ = decisions_in_words([event(), round_wall(2.0)], FOUND).items
+    assert name == "wall 0"
+    assert text.startswith("part of a round wall about (2.000, ")
+    assert text.endswith("m with radius 2.000 m, detections +31.0 from 3 stations")
+
+
+def test_a_round_wall_elsewhere_does_not_matter() -> None:
+    (name, text), *_ = decisions_in_words([event(), round_wall(1.5)], FOUND).items
+    assert name == "wall 0"
+    assert text.startswith("added: log-likelihood ratio")
 
 
 def test_a_wall_that_was_removed_says_where_it_was_and_which_station_missed_it() -> None:
