@@ -26,7 +26,7 @@ from echoplan.joint.optimisation.odometry_noise import VERY_STRONG
 from echoplan.joint.optimisation.pose_factors import PosePrior, at_poses, dead_reckoned, odometry_prior
 from echoplan.joint.pose_correction.consistency import inlier_ratio
 from echoplan.joint.pose_correction.pose_tracking import local_scans_of
-from echoplan.joint.search.global_search import apart, find_poses, pose_grid
+from echoplan.joint.search.global_search import SAME_PLACE, apart, find_poses, pose_grid
 from echoplan.joint.search.scan_matching import LandmarkMap, LocalScan, best_score, locate
 from echoplan.joint.settings import EstimateSettings
 from echoplan.joint.trajectory import joined
@@ -41,7 +41,7 @@ _START_SIGMAS = np.array([0.1, 0.1, math.radians(10.0)])
 # Score below that of the best track at which a track is given up [nats].
 _MAX_SCORE_LOSS = 30.0
 # Number of tracks that are followed.
-_MAX_TRACKS = 60
+_MAX_TRACKS = 120
 # Number of tracks that are optimised, some tenths of a second each, and greatest number of iterations.
 _MAX_OPTIMISED, _ROUNDS = 20, 3
 # Share of a perfect score below which a robot may have been carried elsewhere, and number of stations from there on by
@@ -233,13 +233,15 @@ def _followed(search: _Search, start: FloatArray | None) -> list[list[_Track]]:
 
 
 def _weighed(tracks: Sequence[_Track], *, estimate: Estimate, feature_map: FeatureMap, rig: Rig) -> list[_Track]:
-    """Return tracks with their weights at optimised poses, the likeliest first."""
+    """Return the best track of each place with its weight at optimised poses, the likeliest first."""
+    ends, totals = np.array([each.poses[-1] for each in tracks]), np.array([each.scores.sum() for each in tracks])
+    tracks = [tracks[each] for each in apart(ends, totals, most=_MAX_OPTIMISED, same=SAME_PLACE)]
     if len(tracks) == 1:
-        return list(tracks)
+        return tracks
     first, last = tracks[0].first, tracks[0].first + len(tracks[0].poses)
     recorded, measured = rearranged_stations(estimate.recorded, range(first, last)), estimate.measured_poses[first:last]
     log_odds = []
-    for track in tracks[:_MAX_OPTIMISED]:
+    for track in tracks:
         prior = prior_of_map(feature_map, track.poses[0], noise=estimate.first_noise)
         initial = initial_estimate(rig, recorded, measured, estimate.settings, prior)
         start = replace(initial, poses=track.poses, measurements=at_poses(recorded, measured, track.poses))

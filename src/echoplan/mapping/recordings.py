@@ -34,6 +34,8 @@ OneOrSeveral: TypeAlias = AnySource | Sequence[AnySource]
 # Numbers of stations by which a recording is located, in this order: more of them decide between rooms that look alike,
 # but perhaps only its beginning lies in the map.
 _STATIONS = (24, 12, 6, 4, 3)
+# Number of sweeps at the beginning that may fit the map nowhere.
+_LOST = 3
 # Greatest distance of the first pose in the map from where the recording was located, which errs by 1 cm in the mean
 # (benchmarks/localisation.py) [m].
 _LOCATED = 0.1
@@ -314,11 +316,16 @@ def _start(name: str, sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig) -
 def _located(sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig, start: FloatArray | None) -> FloatArray | None:
     """Return the pose of the first of some sweeps in a map if it is the only one, shape (3,) [m, m, rad].
 
-    Some echoes may not fit the map: furniture may have been moved.
+    Some echoes may not fit the map: furniture may have been moved. If the first sweeps do not fit where odometry takes
+    the later ones, these count: the first ones may have been made where the map shows too little.
     """
     try:
         found = localise(sweeps, known, rig=rig, start=start)
     except InvalidValueError:
         return None
-    is_there = assess_localisation(found, known).verdict is not Verdict.FAILED
-    return found.poses[0] if is_there and not found.is_ambiguous and not found.kidnapped else None
+    fitting = found.segments[-1]
+    lost = next(number for number, sweep in enumerate(sweeps) if sweep.index == fitting.first)
+    if assess_localisation(found, known).verdict is Verdict.FAILED or fitting.is_ambiguous or lost > _LOST:
+        return None
+    way = compose(invert(sweeps[0].station), sweeps[lost].station)
+    return compose(found.poses[lost], invert(way))

@@ -8,7 +8,7 @@ from echoplan.arrays import FloatArray
 from echoplan.geometry import wrap
 from echoplan.joint.search.scan_matching import LandmarkMap, LocalisationSettings, LocalScan, locate, score_poses
 
-__all__ = ["apart", "find_poses", "pose_grid"]
+__all__ = ["SAME_PLACE", "SAME_POSE", "apart", "find_poses", "pose_grid"]
 
 # Steps of the grid of poses [m, rad].
 _STEP, _TURN = 0.15, math.radians(6.0)
@@ -16,10 +16,11 @@ _STEP, _TURN = 0.15, math.radians(6.0)
 _TOLERANCES = (0.08, math.radians(4.0))
 # Standard deviations in which a pose of the grid is refined [m, m, rad]: three of them reach the next one.
 _STEP_SIGMAS = np.array([_STEP / 3.0, _STEP / 3.0, _TURN / 3.0])
-# Poses nearer to each other than this are the same [m, rad].
-_SAME_POSE = (0.3, math.radians(15.0))
-# Number of poses that are refined.
-_MAX_REFINED = 60
+# Poses nearer to each other than this are the same [m, rad]: the two faces of a partition are farther apart, and a
+# station may fit either. Such poses, however, are at one place.
+SAME_POSE, SAME_PLACE = (0.05, math.radians(5.0)), (0.3, math.radians(15.0))
+# Number of poses that are refined, and that are kept.
+_MAX_REFINED, _MAX_FOUND = 240, 120
 # Number of poses that are compared in some ten seconds: in 1500 square metres.
 _MAX_GRID = 4_000_000
 
@@ -50,18 +51,21 @@ def find_poses(
         return np.zeros((0, 3)), np.zeros(0)
     found = [locate(scan, landmark_map, grid[each], _STEP_SIGMAS, settings) for each in coarse]
     poses, refined = np.array([pose for pose, _ in found]), np.array([score for _, score in found])
-    kept = apart(poses, refined, most=_MAX_REFINED)
+    kept = apart(poses, refined, most=_MAX_FOUND)
     return poses[kept], refined[kept]
 
 
-def apart(poses: FloatArray, scores: FloatArray, *, most: int) -> list[int]:
-    """Return the indices of the best poses that differ from all better ones, the best first; at most ``most``."""
+def apart(poses: FloatArray, scores: FloatArray, *, most: int, same: tuple[float, float] = SAME_POSE) -> list[int]:
+    """Return the indices of the best poses that differ from all better ones, the best first; at most ``most``.
+
+    Those nearer to each other than ``same`` [m, rad] do not differ.
+    """
     kept: list[int] = []
     for index in np.argsort(-scores, kind="stable"):
         if len(kept) == most:
             break
         away = poses[kept] - poses[index]
-        near = np.hypot(away[:, 0], away[:, 1]) < _SAME_POSE[0]
-        if not (near & (np.abs(wrap(away[:, 2])) < _SAME_POSE[1])).any():
+        near = np.hypot(away[:, 0], away[:, 1]) < same[0]
+        if not (near & (np.abs(wrap(away[:, 2])) < same[1])).any():
             kept.append(int(index))
     return kept

@@ -72,17 +72,22 @@ def test_the_grid_of_a_map_that_is_too_large_is_empty() -> None:
 
 
 def test_of_poses_side_by_side_the_best_is_kept() -> None:
-    poses = np.array([[0.0, 0.0, 0.0], [0.2, 0.0, 0.1], [1.0, 0.0, 0.0], [1.0, 0.25, -0.1]])
+    poses = np.array([[0.0, 0.0, 0.0], [0.03, 0.0, 0.05], [1.0, 0.0, 0.0], [1.0, 0.04, -0.05]])
     assert apart(poses, np.array([1.0, 2.0, 4.0, 3.0]), most=9) == [2, 1]
 
 
+def test_poses_as_far_apart_as_a_partition_is_thick_are_kept() -> None:
+    poses = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]])
+    assert apart(poses, np.array([1.0, 2.0]), most=9) == [1, 0]
+
+
 def test_poses_in_one_place_are_kept_if_their_directions_differ() -> None:
-    poses = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, np.radians(20.0)], [0.0, 0.0, np.radians(10.0)]])
+    poses = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, np.radians(8.0)], [0.0, 0.0, np.radians(4.0)]])
     assert apart(poses, np.array([3.0, 2.0, 1.0]), most=9) == [0, 1]
 
 
 def test_directions_on_both_sides_of_half_a_turn_are_near() -> None:
-    poses = np.array([[0.0, 0.0, np.radians(176.0)], [0.0, 0.0, np.radians(-176.0)]])
+    poses = np.array([[0.0, 0.0, np.radians(178.0)], [0.0, 0.0, np.radians(-178.0)]])
     assert apart(poses, np.array([1.0, 2.0]), most=9) == [1]
 
 
