@@ -21,7 +21,7 @@ from echoplan.mapping.changes import Looks, contradicts, find_changes, later_vie
 from echoplan.mapping.progress import Progress
 from echoplan.mapping.start import StartingMap, read_start, sensors_of
 from echoplan.methods import LocalMapper, map_sweeps
-from echoplan.model import Changes, FeatureMap, Rig, Source, Sweep, Verdict
+from echoplan.model import Changes, FeatureMap, Localisation, Rig, Source, Sweep, Verdict
 from echoplan.preprocessing import clean_sweeps, find_faults
 from echoplan.sources import as_source
 
@@ -300,32 +300,35 @@ def _moved(sweeps: Sequence[Sweep], *, away: FloatArray, after: Sequence[Sweep])
 def _start(name: str, sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig) -> FloatArray:
     """Return the pose of the first sweep in the map of the recordings before it, shape (3,) [m, m, rad].
 
-    The recorded pose is tried first: recordings in one frame can be joined in a symmetric place, too.
+    The recorded pose is tried first: recordings in one frame can be joined in a symmetric place, too. If the first
+    sweeps do not fit where odometry takes the later ones, these count: the first ones may have been made where the map
+    shows too little.
     """
     numbers, recorded = stations_of(sweeps).numbers, sweeps[0].station
     for stations in _STATIONS:
         first = sweeps[: int(np.searchsorted(numbers, stations))]
         for start in (recorded, None):
             found = _located(first, known=known, rig=rig, start=start)
-            if found is not None:
-                return found
+            if found is None:
+                continue
+            fitting, lost = found.segments[-1], int(np.searchsorted(found.sweeps, found.segments[-1].first))
+            if lost > _LOST and start is None:
+                # Fewer stations would fit the map in the wrong place as well.
+                problem = f"from sweep {fitting.first} on it fits the map elsewhere than its poses say"
+                raise InputError(name, problem, remedy="cut it there into two recordings, or map it alone")
+            if lost <= _LOST and not fitting.is_ambiguous:
+                return compose(found.poses[lost], invert(compose(invert(sweeps[0].station), sweeps[lost].station)))
     problem = "it begins where the map so far shows too little, or in one of several places that look alike"
     raise InputError(name, problem, remedy="begin each recording where another one was, or map it alone")
 
 
-def _located(sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig, start: FloatArray | None) -> FloatArray | None:
-    """Return the pose of the first of some sweeps in a map if it is the only one, shape (3,) [m, m, rad].
+def _located(sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig, start: FloatArray | None) -> Localisation | None:
+    """Return the poses of some sweeps in a map, None if they fit nowhere or not at the start.
 
-    Some echoes may not fit the map: furniture may have been moved. If the first sweeps do not fit where odometry takes
-    the later ones, these count: the first ones may have been made where the map shows too little.
+    Some echoes may not fit the map: furniture may have been moved.
     """
     try:
         found = localise(sweeps, known, rig=rig, start=start)
     except InvalidValueError:
         return None
-    fitting = found.segments[-1]
-    lost = next(number for number, sweep in enumerate(sweeps) if sweep.index == fitting.first)
-    if assess_localisation(found, known).verdict is Verdict.FAILED or fitting.is_ambiguous or lost > _LOST:
-        return None
-    way = compose(invert(sweeps[0].station), sweeps[lost].station)
-    return compose(found.poses[lost], invert(way))
+    return None if assess_localisation(found, known).verdict is Verdict.FAILED else found
