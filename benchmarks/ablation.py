@@ -20,6 +20,8 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 from unittest.mock import patch
 
+import numpy as np
+
 from echoplan.cli.terminal import show, tracked
 from echoplan.evaluation import Evaluation, evaluate
 from echoplan.joint.estimate import Estimate
@@ -70,12 +72,14 @@ RULES: Mapping[str, Mapping[str, Any]] = {
     "classes again": {f"{_ESTIMATE}.Estimate.reselect_classes": _unchanged()},
     "latent walls": {f"{_SEARCH}.multipath_walls._without_latent": _unchanged(1)},
     "crosstalk over latent walls": {f"{_SEARCH}.multipath_walls._without_crosstalk": _unchanged(1)},
+    "round walls": {"echoplan.joint.likelihood.proposals._round_walls": _constant(np.zeros((0, 3)))},
     "coarse refinement": {f"{_SEARCH}.search._SURE_STATIONS": 0},
     # The acceptance test.
     "more readings than parameters": {f"{_SEARCH}.acceptance.AcceptanceTest._is_overdetermined": _constant(value=True)},
     "cylinders are not missed": {f"{_SEARCH}.acceptance.AcceptanceTest._is_missed": _constant(value=False)},
     "two stations detect enough": {f"{_SEARCH}.acceptance.AcceptanceTest._is_detected": _constant(value=True)},
     "one station detects all": {f"{_SEARCH}.acceptance.AcceptanceTest._is_whole": _constant(value=True)},
+    "round walls in enough directions": {f"{_SEARCH}.acceptance.AcceptanceTest._is_round": _constant(value=True)},
     # The optimisation.
     "first map again": {f"{_ESTIMATE}.Estimate.initialise": _initialised_once},
     "figure of merit and beam as variables": {f"{_ESTIMATE}.Estimate.refine_calibration": _unchanged()},
