@@ -168,8 +168,10 @@ def _round_walls(arc_measurements: ArcMeasurements, turn: float) -> FloatArray:
     aside = np.abs(away[..., 0] * normals[:, 1] - away[..., 1] * normals[:, 0])
     touched = np.abs(circles[:, :2] @ normals.T + circles[:, 2:] - offsets) < _TOUCHED
     touched &= aside < math.sin(turn) * np.hypot(away[..., 0], away[..., 1])
-    supporting = np.array([len(np.unique(stations[row])) for row in touched], dtype=np.int64)
-    return circles[supporting >= ROUND_STATIONS]
+    of_station = stations[:, None] == np.unique(stations)
+    supporting: IntArray = (touched @ of_station).sum(axis=1)
+    chosen: FloatArray = circles[supporting >= ROUND_STATIONS]
+    return chosen
 
 
 def _distinct(kind: Kind, candidates: FloatArray, settings: CandidateSettings) -> FloatArray:

@@ -8,7 +8,7 @@ import numpy as np
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions, wrap
 from echoplan.joint.likelihood.hypothesis import Hypothesis
-from echoplan.joint.map_extraction.segment import Segment
+from echoplan.joint.map_extraction.segment import CELL, Segment
 from echoplan.model import Wall
 
 __all__ = ["chords", "lies_on"]
@@ -27,7 +27,7 @@ def lies_on(segment: Segment, walls: Sequence[Hypothesis]) -> bool:
 
 
 def chords(feature: Hypothesis, covariance: FloatArray) -> Iterator[Wall]:
-    """Yield a round wall as chords of at most 15 degrees, where it was detected.
+    """Yield a round wall as chords of at most 15 degrees, where it was detected: none about a single point.
 
     ``covariance`` is that of centre and radius, shape (3, 3) [m^2]. In the mean a chord lies on the wall. Within a
     chord the wall turns by the angle that the chord spans, and lies off it by up to its sagitta: both are part of the
@@ -35,6 +35,8 @@ def chords(feature: Hypothesis, covariance: FloatArray) -> Iterator[Wall]:
     """
     center_xy, radius, history = feature.reflector[1:3], float(feature.reflector[3]), feature.history
     for first, last in _stretches(history.feet):
+        if radius * (last - first) < CELL:
+            continue
         count = max(math.ceil((last - first) / _LONGEST_CHORD - 1e-9), 1)
         half = 0.5 * (last - first) / count
         # In the mean over its angle, a chord at this distance from the centre is as far from it as the wall.
@@ -62,7 +64,7 @@ def _stretches(bearings: FloatArray) -> Iterator[tuple[float, float]]:
     ordered = np.sort(bearings)
     after = np.append(ordered[1:], ordered[:1] + 2.0 * math.pi)
     ends = np.flatnonzero(after - ordered > _WIDEST_GAP)
-    if not len(ends):
+    if len(ordered) and not len(ends):
         yield float(ordered[0]), float(ordered[0]) + 2.0 * math.pi
     for before, end in zip(np.roll(ends, 1), ends, strict=True):
         first = float(after[before])

@@ -42,6 +42,11 @@ def test_what_was_not_detected_is_not_drawn() -> None:
     assert sorted(np.round(drawn[:, 1] % 360.0)) == [10.0, 20.0, 165.0, 180.0, 195.0, 210.0]
 
 
+@pytest.mark.parametrize("bearings", [(), (40.0,), (40.0, 190.0)])
+def test_single_points_are_not_drawn(bearings: tuple[float, ...]) -> None:
+    assert list(chords(detected(*bearings), COVARIANCE)) == []
+
+
 def test_chords_lie_on_the_wall_in_the_mean() -> None:
     (wall,) = chords(detected(0.0, 15.0), COVARIANCE)
     share = np.linspace(0.0, 1.0, 2001)[:, None]
