@@ -130,7 +130,7 @@ class MapBuilder:
             chord
             for number, each in enumerate(self.features)
             if each.kind is Kind.ROUND
-            for chord in chords(each, self._covariance([number]))
+            for chord in chords(each, self._covariance([number]), path_xy=path_since(each, self.path_xy))
         )
         return (*straight, *curved)
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from echoplan.arrays import FloatArray
-from echoplan.geometry import directions, wrap
+from echoplan.geometry import crosses_segments, directions, wrap
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.map_extraction.segment import CELL, Segment
 from echoplan.model import Wall
@@ -26,12 +26,13 @@ def lies_on(segment: Segment, walls: Sequence[Hypothesis]) -> bool:
     return any((np.abs(each) < _ON_WALL).all() for each in off)
 
 
-def chords(feature: Hypothesis, covariance: FloatArray) -> Iterator[Wall]:
-    """Yield a round wall as chords of at most 15 degrees, where it was detected: none about a single point.
+def chords(feature: Hypothesis, covariance: FloatArray, *, path_xy: FloatArray) -> Iterator[Wall]:
+    """Yield a round wall as chords of at most 15 degrees, where it was detected and the robot did not drive through.
 
-    ``covariance`` is that of centre and radius, shape (3, 3) [m^2]. In the mean a chord lies on the wall. Within a
-    chord the wall turns by the angle that the chord spans, and lies off it by up to its sagitta: both are part of the
-    covariance of the chord, as uniform distributions.
+    ``covariance`` is that of centre and radius, shape (3, 3) [m^2]; ``path_xy`` is the path of the robot, shape (p, 2)
+    [m]. In the mean a chord lies on the wall. Within a chord the wall turns by the angle that the chord spans, and lies
+    off it by up to its sagitta: both are part of the covariance of the chord, as uniform distributions. A single
+    specular point makes no chord.
     """
     center_xy, radius, history = feature.reflector[1:3], float(feature.reflector[3]), feature.history
     for first, last in _stretches(history.feet):
@@ -44,6 +45,9 @@ def chords(feature: Hypothesis, covariance: FloatArray) -> Iterator[Wall]:
         for normal_angle in first + half * (2 * np.arange(count) + 1):
             normal, along = directions(normal_angle), directions(normal_angle + math.pi / 2)
             middle = center_xy + depth * normal
+            ends = middle + depth * math.tan(half) * np.array([[-1.0], [1.0]]) * along
+            if crosses_segments(path_xy[:-1], path_xy[1:], ends[None]).any():
+                continue
             by_circle, by_turn = np.array([*normal, depth / radius]), np.array([1.0, middle @ along])
             sagitta = radius * (1.0 - math.cos(half))
             variance = by_circle @ covariance @ by_circle + sagitta**2 / 12.0
@@ -51,7 +55,7 @@ def chords(feature: Hypothesis, covariance: FloatArray) -> Iterator[Wall]:
             yield Wall(
                 normal_angle=float(wrap(normal_angle)),
                 offset=float(middle @ normal),
-                endpoints_xy=middle + depth * math.tan(half) * np.array([[-1.0], [1.0]]) * along,
+                endpoints_xy=ends,
                 covariance=half**2 / 3.0 * np.outer(by_turn, by_turn) + np.diag([0.0, variance]),
                 class_probabilities=history.probabilities,
                 pings=round(history.pings * share),

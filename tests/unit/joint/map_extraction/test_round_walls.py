@@ -12,6 +12,7 @@ from echoplan.joint.map_extraction.round_walls import chords
 from helpers.expectations import round_wall
 
 COVARIANCE = np.diag([1e-6, 4e-6, 9e-6])
+NOWHERE = np.zeros((0, 2))
 
 
 def detected(*bearings: float) -> Hypothesis:
@@ -29,14 +30,14 @@ def bearings_of(points_xy: FloatArray) -> FloatArray:
 
 
 def test_a_wall_detected_all_around_is_closed() -> None:
-    walls = list(chords(detected(*range(-180, 180, 30)), COVARIANCE))
+    walls = list(chords(detected(*range(-180, 180, 30)), COVARIANCE, path_xy=NOWHERE))
     assert len(walls) == 24
     for one, other in zip(walls, [*walls[1:], walls[0]], strict=True):
         assert one.endpoints_xy[1] == pytest.approx(other.endpoints_xy[0])
 
 
 def test_what_was_not_detected_is_not_drawn() -> None:
-    walls = list(chords(detected(150.0, 170.0, -170.0, -150.0, 0.0, 20.0), COVARIANCE))
+    walls = list(chords(detected(150.0, 170.0, -170.0, -150.0, 0.0, 20.0), COVARIANCE, path_xy=NOWHERE))
     drawn = bearings_of(np.array([each.endpoints_xy for each in walls]))
     assert sorted(np.round(drawn[:, 0] % 360.0)) == [0.0, 10.0, 150.0, 165.0, 180.0, 195.0]
     assert sorted(np.round(drawn[:, 1] % 360.0)) == [10.0, 20.0, 165.0, 180.0, 195.0, 210.0]
@@ -44,11 +45,20 @@ def test_what_was_not_detected_is_not_drawn() -> None:
 
 @pytest.mark.parametrize("bearings", [(), (40.0,), (40.0, 190.0)])
 def test_single_points_are_not_drawn(bearings: tuple[float, ...]) -> None:
-    assert list(chords(detected(*bearings), COVARIANCE)) == []
+    assert list(chords(detected(*bearings), COVARIANCE, path_xy=NOWHERE)) == []
+
+
+def test_there_is_no_wall_where_the_robot_drove() -> None:
+    wall = detected(*range(-180, 180, 30))
+    path_xy = np.array([[1.0, -0.5], [4.0, -0.6], [4.0, 3.0]])
+    driven = list(chords(wall, COVARIANCE, path_xy=path_xy))
+    closed = list(chords(wall, COVARIANCE, path_xy=NOWHERE))
+    assert len(driven) == len(closed) - 1
+    assert not any(abs(each.normal_angle) < math.radians(7.0) for each in driven)
 
 
 def test_chords_lie_on_the_wall_in_the_mean() -> None:
-    (wall,) = chords(detected(0.0, 15.0), COVARIANCE)
+    (wall,) = chords(detected(0.0, 15.0), COVARIANCE, path_xy=NOWHERE)
     share = np.linspace(0.0, 1.0, 2001)[:, None]
     points = (1.0 - share) * wall.endpoints_xy[0] + share * wall.endpoints_xy[1]
     away = np.hypot(*(points - (1.0, -0.5)).T)
@@ -57,7 +67,7 @@ def test_chords_lie_on_the_wall_in_the_mean() -> None:
 
 
 def test_the_covariance_of_a_chord_contains_the_turn_of_the_wall() -> None:
-    (wall,) = chords(detected(0.0, 15.0), COVARIANCE)
+    (wall,) = chords(detected(0.0, 15.0), COVARIANCE, path_xy=NOWHERE)
     assert wall.normal_angle == pytest.approx(math.radians(7.5))
     assert math.sqrt(wall.covariance[0, 0]) == pytest.approx(math.radians(15.0) / math.sqrt(12.0))
     # About its middle, a chord is as uncertain as centre and radius, and by its sagitta.
