@@ -46,12 +46,12 @@ def decisions_in_words(events: Sequence[Event], feature_map: FeatureMap) -> Defi
     """
     if not events:
         return Definitions(title=_TITLE, items=(), folded=True)
-    births = [each for each in events if each.decision is Decision.ADDED]
+    landmarks = _by_landmark(events)
     places = _places(feature_map)
-    there = [(name, _why_there(place, births)) for name, place in places.items()]
+    there = [(name, _why_there(place, landmarks)) for name, place in places.items()]
     gone = [
         (_name_of(own[-1]), _why_gone(own[-1]))
-        for own in _by_landmark(events)
+        for own in landmarks
         if _was_removed(own) and not any(_is_near(own[-1], place) for place in places.values())
     ]
     return Definitions(title=_TITLE, items=(*there, *gone), folded=True)
@@ -97,13 +97,11 @@ def _is_near(event: Event, place: tuple[bool, Sequence[float]]) -> bool:
 
 
 def _is_tangent(place: tuple[bool, Sequence[float]], event: Event) -> bool:
-    """Return True if a wall touches the round wall that a decision is about."""
+    """Return True if a landmark is a wall that touches the round wall that a decision is about."""
     is_wall, parameters = place
-    if not is_wall or event.kind is not Kind.ROUND:
-        return False
     x, y, radius = event.parameters
     away = x * math.cos(parameters[0]) + y * math.sin(parameters[0]) + radius - parameters[1]
-    return abs(away) < _SAME_PLACE
+    return is_wall and abs(away) < _SAME_PLACE
 
 
 def _name_of(event: Event) -> str:
@@ -116,8 +114,11 @@ def _name_of(event: Event) -> str:
     return f"{kind} at ({decimal(x, 3)}, {decimal(y, 3)}) m"
 
 
-def _why_there(place: tuple[bool, Sequence[float]], births: Sequence[Event]) -> str:
-    event = next((each for each in births if _is_tangent(place, each)), None)
+def _why_there(place: tuple[bool, Sequence[float]], landmarks: Sequence[Sequence[Event]]) -> str:
+    # A round wall that was removed again explains no wall of the map.
+    kept = [own for own in landmarks if own[-1].kind is not Kind.ROUND or own[-1].decision is Decision.ADDED]
+    births = [each for own in kept for each in own if each.decision is Decision.ADDED]
+    event = next((each for each in births if each.kind is Kind.ROUND and _is_tangent(place, each)), None)
     if event is not None:
         x, y, radius = (decimal(each, 3) for each in event.parameters)
         return f"part of a round wall about ({x}, {y}) m with radius {radius} m, {_terms(event)}"

@@ -1,6 +1,7 @@
 """Why landmarks are in a map or not, in words."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 from echoplan.acoustics.predicted_echo import Kind
@@ -45,6 +46,14 @@ def test_a_chord_of_a_round_wall_says_so() -> None:
     assert name == "wall 0"
     assert text.startswith("part of a round wall about (2.000, ")
     assert text.endswith("m with radius 2.000 m, detections +31.0 from 3 stations")
+
+
+def test_a_round_wall_that_was_removed_does_not_matter() -> None:
+    added = round_wall(2.0)
+    removed = replace(added, decision=Decision.REMOVED)
+    (name, text), *_ = decisions_in_words([event(), added, removed], FOUND).items
+    assert name == "wall 0"
+    assert text.startswith("added: log-likelihood ratio")
 
 
 def test_a_round_wall_elsewhere_does_not_matter() -> None:
