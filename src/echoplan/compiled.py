@@ -165,7 +165,7 @@ class _Compilation(event.Listener):
         self._depth, self._was_enabled = 0, False
 
     def on_start(self, event: Any) -> None:  # noqa: ARG002 - numba says what is compiled
-        """Log it once."""
+        """Log it once, and collect no garbage until the outermost function is compiled."""
         _log_once()
         if self._depth == 0:
             self._was_enabled = gc.isenabled()

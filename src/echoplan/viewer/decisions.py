@@ -46,9 +46,9 @@ def decisions_in_words(events: Sequence[Event], feature_map: FeatureMap) -> Defi
     """
     if not events:
         return Definitions(title=_TITLE, items=(), folded=True)
-    landmarks = _by_landmark(events)
+    landmarks, births = _by_landmark(events), [each for each in events if each.decision is Decision.ADDED]
     places = _places(feature_map)
-    there = [(name, _why_there(place, landmarks)) for name, place in places.items()]
+    there = [(name, _why_curved(place, landmarks) or _why_there(place, births)) for name, place in places.items()]
     gone = [
         (_name_of(own[-1]), _why_gone(own[-1]))
         for own in landmarks
@@ -96,14 +96,6 @@ def _is_near(event: Event, place: tuple[bool, Sequence[float]]) -> bool:
     return math.dist(event.parameters[:2], parameters[:2]) < _SAME_PLACE
 
 
-def _is_tangent(place: tuple[bool, Sequence[float]], event: Event) -> bool:
-    """Return True if a landmark is a wall that touches the round wall that a decision is about."""
-    is_wall, parameters = place
-    x, y, radius = event.parameters
-    away = x * math.cos(parameters[0]) + y * math.sin(parameters[0]) + radius - parameters[1]
-    return is_wall and abs(away) < _SAME_PLACE
-
-
 def _name_of(event: Event) -> str:
     """Say where a landmark that is not in the map would be."""
     kind = "round wall" if event.kind is Kind.ROUND else event.kind.name.lower()
@@ -114,14 +106,20 @@ def _name_of(event: Event) -> str:
     return f"{kind} at ({decimal(x, 3)}, {decimal(y, 3)}) m"
 
 
-def _why_there(place: tuple[bool, Sequence[float]], landmarks: Sequence[Sequence[Event]]) -> str:
-    # A round wall that was removed again explains no wall of the map.
-    kept = [own for own in landmarks if own[-1].kind is not Kind.ROUND or own[-1].decision is Decision.ADDED]
-    births = [each for own in kept for each in own if each.decision is Decision.ADDED]
-    event = next((each for each in births if each.kind is Kind.ROUND and _is_tangent(place, each)), None)
-    if event is not None:
-        x, y, radius = (decimal(each, 3) for each in event.parameters)
-        return f"part of a round wall about ({x}, {y}) m with radius {radius} m, {_terms(event)}"
+def _why_curved(place: tuple[bool, Sequence[float]], landmarks: Sequence[Sequence[Event]]) -> str:
+    """Say of which round wall of the map a wall is a chord; empty if of none."""
+    is_wall, parameters = place
+    for event in (own[-1] for own in landmarks):
+        if is_wall and event.kind is Kind.ROUND and event.decision is Decision.ADDED:
+            x, y, radius = event.parameters
+            offset = x * math.cos(parameters[0]) + y * math.sin(parameters[0]) + radius
+            if abs(offset - parameters[1]) < _SAME_PLACE:
+                about = f"({decimal(x, 3)}, {decimal(y, 3)}) m with radius {decimal(radius, 3)} m"
+                return f"part of a round wall about {about}, {_terms(event)}"
+    return ""
+
+
+def _why_there(place: tuple[bool, Sequence[float]], births: Sequence[Event]) -> str:
     event = next((each for each in reversed(births) if _is_near(each, place)), None)
     if event is None:
         return "no decision near this place: drawn where two walls meet, or moved since by a correction of poses"
