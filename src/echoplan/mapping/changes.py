@@ -1,10 +1,11 @@
 """What has changed in a place between the recordings of an earlier map and another recording.
 
-A wall, or a piece of one, is gone if it is no longer in the map and the robot measured through its place when it
-detected another wall, or if stations that face it clearly do not detect it: what no station looked at again is not
-gone.  It is new if the robot had looked at its place before, in one of these ways; else it is merely mapped for the
-first time.  What a map inferred is neither gone nor new, and neither is a wall that is longer or shorter than before by
-less than the 95 % interval of its end.  For cylinders, only lines of sight count.
+A wall, or a piece of one, is gone if earlier recordings detected it there, it is no longer in the map, and the robot
+looked at its place in one of two ways: it measured through it twice when it detected other walls, or stations that face
+it clearly do not detect it.  It is new if the same holds for the recordings before it.  Where no station looked, it is
+neither: the robot has not been there again, or maps the place for the first time.  What a map inferred is neither gone
+nor new, and neither is a wall that is longer or shorter than before by less than the 95 % interval of its end.  For
+cylinders, only lines of sight count.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -28,10 +29,12 @@ _Shapes: TypeAlias = NDArray[Any]
 # Distance up to which two walls or cylinders are the same one [m]: maps are right to a few millimetres, so what moved
 # farther than that is noticed.
 _SAME = 0.05
-# Least length of joined pieces that count as changed [m]: the ends of walls are less certain than their lines.
+# Least length of a piece that counts as changed if a wall is in both maps [m]: ends are less certain than lines.
 _SHORTEST = 0.2
 # Half the distance up to which two pieces are joined [m]: corners of walls may be off by that.
 _JOINED = 0.1
+# Number of lines of sight through the place of a wall after which it is not there: a single one may be an error.
+_CROSSINGS = 2
 # Log probability of non-detections up to which there was no wall [nats]: that of three stations that miss it entirely.
 # Two remove a landmark, but both may have stood behind something that is not in the map.
 _MISSED = -3.0 * STRONGEST_MISS
@@ -110,20 +113,25 @@ def find_changes(before: FeatureMap, after: FeatureMap, *, earlier: Looks, later
     Changes
         What is gone, and what is new.
     """
-    lost, pieces = _pieces(before, after), _pieces(after, before)
-    lost_cylinders, cylinders = _only(before, after), _only(after, before)
-    views_before, views_after = _trimmed(earlier.views_xy), _trimmed(later.views_xy)
-    is_gone = (_crossings(_lines(lost), views_after) > 0) | (later.misses(lost) <= _MISSED)
-    # A single view may be an error, so something is new only if two led through its place.
-    is_new = (_crossings(_bodies(_lines(pieces)), views_before) > 1) | (earlier.misses(pieces) <= _MISSED)
-    is_lost_cylinder = _crossings(_discs(lost_cylinders), views_after) > 0
-    is_new_cylinder = _crossings(_discs(cylinders), views_before) > 1
     return Changes(
-        gone_walls=tuple(lost[number].endpoints_xy for number in np.flatnonzero(is_gone)),
-        gone_cylinders=tuple(lost_cylinders[number] for number in np.flatnonzero(is_lost_cylinder)),
-        new_walls=tuple(pieces[number].endpoints_xy for number in np.flatnonzero(is_new)),
-        new_cylinders=tuple(cylinders[number] for number in np.flatnonzero(is_new_cylinder)),
+        gone_walls=_absent(_pieces(before, after, looks=earlier), later),
+        gone_cylinders=_absent_cylinders(_only(before, after), later),
+        new_walls=_absent(_pieces(after, before, looks=later), earlier),
+        new_cylinders=_absent_cylinders(_only(after, before), earlier),
     )
+
+
+def _absent(pieces: Sequence[Wall], looks: Looks) -> tuple[FloatArray, ...]:
+    """Return the endpoints of the pieces of walls whose places stations looked at without finding them."""
+    crossings = _crossings(_bodies(_lines(pieces)), looks)
+    is_absent = (crossings >= _CROSSINGS) | (looks.misses(pieces) <= _MISSED)
+    return tuple(piece.endpoints_xy for piece, gone in zip(pieces, is_absent, strict=True) if gone)
+
+
+def _absent_cylinders(cylinders: Sequence[Cylinder], looks: Looks) -> tuple[Cylinder, ...]:
+    """Return the cylinders through whose places stations looked."""
+    crossings = _crossings(_discs(cylinders), looks)
+    return tuple(each for each, count in zip(cylinders, crossings, strict=True) if count >= _CROSSINGS)
 
 
 def _trimmed(views: FloatArray) -> shapely.STRtree:
@@ -135,21 +143,27 @@ def _trimmed(views: FloatArray) -> shapely.STRtree:
     return shapely.STRtree(shapely.linestrings(lines))
 
 
-def _pieces(there: FeatureMap, other: FeatureMap) -> list[Wall]:
+def _pieces(there: FeatureMap, other: FeatureMap, *, looks: Looks) -> list[Wall]:
     """Return the pieces of walls that were detected in one map and are not in the other, not even inferred.
 
-    A wall that is longer in one map counts only if it is longer by more than the 95 % interval of its end.
+    A wall that is longer in one map counts only if it is longer by more than the 95 % interval of its end.  ``looks``
+    are those of the recordings of the first map: a place that no station detected is part of a wall only because
+    nothing speaks against it.
     """
+    feet = shapely.STRtree(shapely.points(looks.views_xy[:, 1]))
     known = shapely.union_all(shapely.buffer(_lines(other.walls), _SAME))
     detected = np.array([_without_ends(each, each.inferred) for each in there.walls], dtype=object)
     certain = np.array([_without_ends(each, _uncertain(each)) for each in there.walls], dtype=object)
     pieces, owners = shapely.get_parts(shapely.difference(detected, known), return_index=True)
     overlaps = shapely.length(shapely.intersection(shapely.buffer(pieces, _EXACT), certain[owners]))
     pieces, owners = pieces[overlaps >= _SAME], owners[overlaps >= _SAME]
+    is_detected = np.isin(np.arange(len(pieces)), feet.query(pieces, predicate="dwithin", distance=_SAME)[0])
+    is_long = shapely.length(pieces) >= _SHORTEST
+    is_apart = ~shapely.intersects(known, _lines(there.walls))[owners]
     return [
         replace(there.walls[owner], endpoints_xy=shapely.get_coordinates(piece))
-        for piece, owner, body in zip(pieces, owners, _bodies(pieces), strict=True)
-        if body.length >= _SHORTEST
+        for piece, owner, counts in zip(pieces, owners, is_detected & (is_long | is_apart), strict=True)
+        if counts
     ]
 
 
@@ -177,9 +191,10 @@ def _bodies(pieces: _Shapes) -> _Shapes:
     return found
 
 
-def _crossings(shapes: _Shapes, views: shapely.STRtree) -> IntArray:
+def _crossings(shapes: _Shapes, looks: Looks) -> IntArray:
     """Count the lines of sight through each of some shapes."""
-    return np.bincount(views.query(shapes, predicate="intersects")[0], minlength=len(shapes))
+    found = _trimmed(looks.views_xy).query(shapes, predicate="intersects")
+    return np.bincount(found[0], minlength=len(shapes))
 
 
 def _only(there: FeatureMap, other: FeatureMap) -> list[Cylinder]:

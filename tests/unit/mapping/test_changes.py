@@ -13,7 +13,7 @@ from echoplan.model import Changes, Cylinder, FeatureMap, Wall
 
 # Views from stations in the west to the wall in the east, of an earlier and a later recording; what stands in them.
 VIEW = np.array([[[0.0, 0.0], [4.0, 0.0]], [[0.0, 0.2], [4.0, 0.2]]])
-LATER = np.array([[[0.0, 0.1], [4.0, 0.1]]])
+LATER = np.array([[[0.0, 0.05], [4.0, 0.05]], [[0.0, 0.15], [4.0, 0.15]]])
 EAST = [[4.0, -1.0], [4.0, 1.0]]
 BOX = [[2.0, -0.5], [2.0, 0.5]]
 
@@ -32,8 +32,12 @@ def room(*walls: ArrayLike, cylinders: tuple[Cylinder, ...] = ()) -> FeatureMap:
     return FeatureMap(method="joint", walls=tuple(map(wall, walls)), cylinders=cylinders)
 
 
-def looks(views: FloatArray, misses: float = 0.0) -> Looks:
-    return Looks(views, lambda walls: np.full(len(walls), misses))
+def detections(feature_map: FeatureMap) -> FloatArray:
+    """Views from close to its walls to places all along them."""
+    shares = np.linspace(0.0, 1.0, 20)[:, None]
+    ends = [each.endpoints_xy for each in feature_map.walls]
+    feet = np.concatenate([np.zeros((0, 2)), *(first + shares * (last - first) for first, last in ends)])
+    return np.stack([feet - 0.01, feet], axis=1)
 
 
 def changes(
@@ -44,7 +48,11 @@ def changes(
     later: FloatArray = LATER,
     missed: tuple[float, float] = (0.0, 0.0),
 ) -> Changes:
-    return find_changes(before, after, earlier=looks(earlier, missed[0]), later=looks(later, missed[1]))
+    return find_changes(before, after, earlier=looks(before, earlier, missed[0]), later=looks(after, later, missed[1]))
+
+
+def looks(feature_map: FeatureMap, views: FloatArray, misses: float) -> Looks:
+    return Looks(np.concatenate([detections(feature_map), views]), lambda walls: np.full(len(walls), misses))
 
 
 def test_nothing_changes_between_equal_maps() -> None:
@@ -63,8 +71,24 @@ def test_a_wall_through_which_it_measured_before_is_new() -> None:
     assert not found.gone_walls
 
 
-def test_a_single_view_through_a_wall_does_not_make_it_new() -> None:
+def test_a_single_view_through_a_wall_does_not_make_it_new_or_gone() -> None:
     assert not changes(room(EAST), room(EAST, BOX), earlier=VIEW[:1])
+    assert not changes(room(EAST, BOX), room(EAST), later=LATER[:1])
+
+
+def test_a_wall_where_no_station_detected_it_is_neither_gone_nor_new() -> None:
+    maps = room(EAST, BOX), room(EAST)
+    nothing = Looks(VIEW, lambda walls: np.full(len(walls), -99.0))
+    assert not find_changes(*maps, earlier=nothing, later=nothing)
+    assert not find_changes(*maps[::-1], earlier=nothing, later=nothing)
+
+
+def test_a_short_wall_is_new_if_no_part_of_it_was_there_before() -> None:
+    short = [[2.0, -0.05], [2.0, 0.1]]
+    assert np.array_equal(changes(room(EAST), room(EAST, short), missed=(-36.0, 0.0)).new_walls, [short])
+    # A wall that is 15 cm longer than before is not.
+    longer = [[2.0, -1.0], [2.0, 0.1]]
+    assert not changes(room(EAST, [[2.0, -1.0], [2.0, -0.05]]), room(EAST, longer), missed=(-36.0, 0.0))
 
 
 def test_a_wall_through_which_no_view_leads_is_not_gone() -> None:
@@ -139,11 +163,11 @@ def test_small_differences_are_no_changes() -> None:
     assert not changes(room(EAST, BOX), room(EAST, [[2.0, -0.4], [2.0, 0.4]]))
 
 
-def test_short_sides_of_one_body_count_together() -> None:
-    # 0.15 m each; two views lead through the front.
-    front, side, earlier = [[2.0, -0.05], [2.0, 0.1]], [[2.0, 0.1], [2.15, 0.1]], np.concatenate([VIEW[:1], LATER])
-    assert not changes(room(EAST), room(EAST, front), earlier=earlier)
-    assert len(changes(room(EAST), room(EAST, front, side), earlier=earlier).new_walls) == 2
+def test_views_through_one_side_of_a_body_count_for_all_its_sides() -> None:
+    # Two views lead through the front, none through the side.
+    front, side = [[2.0, -0.05], [2.0, 0.3]], [[2.0, 0.3], [2.3, 0.3]]
+    assert len(changes(room(EAST), room(EAST, front, side)).new_walls) == 2
+    assert not changes(room(EAST), room(EAST, side))
 
 
 def test_the_wall_that_a_view_ends_at_is_not_crossed() -> None:
