@@ -1,8 +1,8 @@
 """What has changed in a place between the recordings of an earlier map and another recording.
 
 A wall, or a piece of one, is gone if earlier recordings detected it there, it is no longer in the map, and the robot
-looked at its place in one of two ways: it measured through it twice when it detected other walls, or stations that face
-it clearly do not detect it.  It is new if the same holds for the recordings before it.  Where no station looked, it is
+looked at its place in one of two ways: it measured through it when it detected other walls, or stations that face it
+clearly do not detect it.  It is new if the same holds for the recordings before it.  Where no station looked, it is
 neither: the robot has not been there again, or maps the place for the first time.  What a map inferred is neither gone
 nor new, and neither is a wall that is longer or shorter than before by less than the 95 % interval of its end.  For
 cylinders, only lines of sight count.
@@ -33,11 +33,10 @@ _SAME = 0.05
 _SHORTEST = 0.2
 # Half the distance up to which two pieces are joined [m]: corners of walls may be off by that.
 _JOINED = 0.1
-# Number of lines of sight through the place of a wall after which it is not there: a single one may be an error.
-_CROSSINGS = 2
-# Log probability of non-detections up to which there was no wall [nats]: that of three stations that miss it entirely.
-# Two remove a landmark, but both may have stood behind something that is not in the map.
-_MISSED = -3.0 * STRONGEST_MISS
+# A wall is absent if so many lines of sight lead through its place, as a single one may be an error; or if this is the
+# log probability of its non-detections [nats], that of three stations that miss it entirely: two remove a landmark, but
+# both may have stood behind something that is not in the map. One line of sight weighs half of either.
+_CROSSINGS, _MISSED = 2, -3.0 * STRONGEST_MISS
 # Errors of rounding are smaller [m].
 _EXACT = 1e-3
 # What a view must extend beyond a piece on both sides, so that the robot surely measured through it [m].
@@ -124,7 +123,7 @@ def find_changes(before: FeatureMap, after: FeatureMap, *, earlier: Looks, later
 def _absent(pieces: Sequence[Wall], looks: Looks) -> tuple[FloatArray, ...]:
     """Return the endpoints of the pieces of walls whose places stations looked at without finding them."""
     crossings = _crossings(_bodies(_lines(pieces)), looks)
-    is_absent = (crossings >= _CROSSINGS) | (looks.misses(pieces) <= _MISSED)
+    is_absent = crossings / _CROSSINGS + looks.misses(pieces) / _MISSED >= 1.0
     return tuple(piece.endpoints_xy for piece, gone in zip(pieces, is_absent, strict=True) if gone)
 
 

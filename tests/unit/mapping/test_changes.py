@@ -103,6 +103,14 @@ def test_a_wall_that_three_stations_miss_is_gone_or_new() -> None:
     assert [len(each.new_walls) for each in found] == [1, 0]
 
 
+def test_one_view_through_a_wall_weighs_half_of_what_makes_it_gone_or_new() -> None:
+    maps = room(EAST, BOX), room(EAST)
+    found = [changes(*maps, later=LATER[:1], missed=(0.0, each)) for each in (-18.0, -17.0)]
+    assert [len(each.gone_walls) for each in found] == [1, 0]
+    found = [changes(*maps[::-1], earlier=VIEW[:1], missed=(each, 0.0)) for each in (-18.0, -17.0)]
+    assert [len(each.new_walls) for each in found] == [1, 0]
+
+
 def test_a_wall_where_nobody_looked_before_is_not_new() -> None:
     assert not changes(room(EAST), room(EAST, BOX), earlier=np.zeros((0, 2, 2)))
 
