@@ -28,8 +28,6 @@ _MARGIN_WALL, _MARGIN_CYLINDER = 0.1, 0.02
 # Greatest distance of a concave corner from the lines of its walls, and from where these were detected [m]: walls are
 # detected where a perpendicular from the robot meets them, and the robot cannot drive into a corner.
 _AT_WALL, _TO_CORNER = 0.05, 1.0
-# Least sine of the angle at which walls form a corner: others are the same wall.
-_CROSSED = 0.5
 
 # Station and weight of each ping, and centers of the stations [m].
 _PingArrays: TypeAlias = tuple[IntArray, FloatArray, FloatArray]
@@ -122,7 +120,7 @@ def _judged(
     if len(frame[0]) and least < -1.0 and most > 4.0:
         _excuse(llr_by_station, shape_of(reflector), ping_arrays[2], frame)
     if reflector[0] == _CONCAVE:
-        _keep_quadrant(llr_by_station, shape_of(reflector), ping_arrays[2], frame, at_wall)
+        _drop_from_behind(llr_by_station, shape_of(reflector), ping_arrays[2], frame, at_wall)
     if reflector[0] != _WALL:
         return llr_by_station.sum(), 0.0, 0.0, llr_by_station
     _best_run(ping_arrays[0], scores, llr_by_station, known)
@@ -228,51 +226,27 @@ def _excuse(llr_by_station: FloatArray, shape: Shape, centers: FloatArray, frame
 
 
 @inlined
-def _keep_quadrant(
+def _drop_from_behind(
     llr_by_station: FloatArray,
     corner: Shape,
     centers: FloatArray,
     frame: _FrameArrays,
     at_wall: float,
 ) -> None:
-    """Set contributions to zero for stations that are not between the walls of a concave corner.
+    """Set contributions to zero for stations behind a wall that meets a concave corner.
 
-    Only from there does it return sound.  What stations on the other side of a wall detect is another corner, about as
-    far from it as the wall is thick.  If only one of both walls is known, the other one is at a right angle to it, on
-    the side from which the corner is detected best.  Of wall and corner, that of the greater log-likelihood ratio
-    exists.
+    Only from between its walls does it return sound.  What stations behind one of them detect is another corner, about
+    as far from it as the wall is thick.  Of wall and corner, that of the greater log-likelihood ratio exists.
     """
-    normal, is_formed, detected = (0.0, 0.0), False, 0.0
+    detected = 0.0
     for llr in llr_by_station:
         detected += max(llr, 0.0)
     for other in range(len(frame[0])):
         wall = shape_of(frame[0][other])
         if frame[2][other] > detected and _meets(wall, frame[1][other], corner, at_wall):
-            is_formed |= abs(normal[0] * wall[2] - normal[1] * wall[1]) > _CROSSED
-            normal = wall[1], wall[2]
             for station in range(len(llr_by_station)):
                 if wall[3] - wall[1] * centers[station, 0] - wall[2] * centers[station, 1] < 0.0:
                     llr_by_station[station] = 0.0
-    if not is_formed:
-        _keep_better_side(llr_by_station, corner, centers, normal)
-
-
-@inlined
-def _keep_better_side(
-    llr_by_station: FloatArray, corner: Shape, centers: FloatArray, normal: tuple[float, float]
-) -> None:
-    """Set contributions to zero on the side of a corner, along a wall of this normal, from which less is detected."""
-    before = beyond = 0.0
-    for station in range(len(llr_by_station)):
-        detected = max(llr_by_station[station], 0.0)
-        if normal[0] * (centers[station, 1] - corner[2]) < normal[1] * (centers[station, 0] - corner[1]):
-            before += detected
-        else:
-            beyond += detected
-    for station in range(len(llr_by_station)):
-        is_before = normal[0] * (centers[station, 1] - corner[2]) < normal[1] * (centers[station, 0] - corner[1])
-        if (is_before and before < beyond) or (not is_before and beyond < before):
-            llr_by_station[station] = 0.0
 
 
 @inlined

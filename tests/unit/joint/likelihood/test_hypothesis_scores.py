@@ -249,28 +249,27 @@ def supporting(*walls: FloatArray, extent: tuple[float, float] = (-1.5, 1.5), ll
 def test_a_concave_corner_is_detected_only_from_between_its_walls() -> None:
     assert supporting() == [0, 1, 2, 3]
     assert supporting(ROOM[0], ROOM[1]) == [0, 1]
-    # The other wall is at a right angle to the known one, on the side of which more is detected.
-    assert supporting(ROOM[0]) == [0, 1]
-    assert supporting(ROOM[1]) == [0, 1]
+    assert supporting(ROOM[0]) == [0, 1, 3]
+    assert supporting(ROOM[1]) == [0, 1, 2]
 
 
 def test_a_missed_corner_is_missed_by_the_stations_between_its_walls() -> None:
     silent = listening(ABOUT)
     one, both = (among(*ROOM[:count], extent=(-1.5, 1.5)) for count in (1, 2))
     assert np.flatnonzero(score_of(silent, NORTH_EAST, frame=both).llr_by_station).tolist() == [0, 1]
-    # Behind the only wall that is known stands station 2; on which side of the corner the other one is, nobody knows.
+    # Behind the only wall that is known stands station 2.
     assert np.flatnonzero(score_of(silent, NORTH_EAST, frame=one).llr_by_station).tolist() == [0, 1, 3]
 
 
 def test_walls_that_do_not_meet_a_corner_do_not_restrict_it() -> None:
     assert supporting(wall(0.0, 2.06), wall(np.pi / 2, 1.4), wall(0.0, 1.9)) == [0, 1, 2, 3]
     assert supporting(ROOM[0], extent=(-1.0, 0.4)) == [0, 1, 2, 3]
-    assert supporting(ROOM[0], extent=(-1.0, 0.6)) == [0, 1]
+    assert supporting(ROOM[0], extent=(-1.0, 0.6)) == [0, 1, 3]
     # Of wall and corner, that of the greater log-likelihood ratio exists.
     assert supporting(ROOM[0], ROOM[1], llr=100.0) == [0, 1, 2, 3]
 
 
-def test_only_concave_corners_are_restricted_to_one_side() -> None:
+def test_convex_edges_and_cylinders_are_detected_from_behind_walls_too() -> None:
     measurements = pings_of(listening(ABOUT), [NORTH_EAST])
     frame = among(*ROOM[:2], extent=(-1.5, 1.5))
     for point in (edge(2.0, 1.5), cylinder(2.0, 1.5, 0.01)):
