@@ -74,7 +74,6 @@ RULES: Mapping[str, Mapping[str, Any]] = {
     "crosstalk over latent walls": {f"{_SEARCH}.multipath_walls._without_crosstalk": _unchanged(1)},
     "round walls": {"echoplan.joint.likelihood.proposals._round_walls": _constant(np.zeros((0, 3)))},
     "coarse refinement": {f"{_SEARCH}.search._SURE_STATIONS": 0},
-    "corner from between its walls": {"echoplan.joint.likelihood.hypothesis_scores._AT_WALL": -1.0},
     # The acceptance test.
     "more readings than parameters": {f"{_SEARCH}.acceptance.AcceptanceTest._is_overdetermined": _constant(value=True)},
     "cylinders are not missed": {f"{_SEARCH}.acceptance.AcceptanceTest._is_missed": _constant(value=False)},

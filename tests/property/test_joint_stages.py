@@ -132,8 +132,7 @@ def test_moving_sensor_and_reflector_together_changes_no_reading(kind: Kind, see
 @settings(max_examples=30)
 @given(st.sampled_from([*ROOM, POST, edge(0.3, 0.9), wall(0.3, 1.0)]), POSES)
 def test_no_place_or_direction_changes_a_verdict(reflector: FloatArray, pose: tuple[float, float, float]) -> None:
-    nothing = Occluders(np.zeros((0, 4)), np.zeros((0, 2)), np.zeros(0))
-    log_densities = np.full(len(SCENE.readings), np.log(0.01))
+    nothing, log_densities = Occluders(np.zeros((0, 4)), np.zeros((0, 2))), np.full(len(SCENE.readings), np.log(0.01))
     relocalised = taken(SCENE, pose)
     here = rescore(SCENE, reflector, score_pings(SCENE, HEARING, reflector, NOISE), log_densities, nothing)
     place = moved(reflector, pose)
@@ -147,8 +146,7 @@ def test_no_place_or_direction_changes_a_verdict(reflector: FloatArray, pose: tu
 @settings(max_examples=30)
 @given(st.sampled_from([*ROOM, POST, edge(0.3, 0.9), wall(0.3, 1.0)]))
 def test_in_a_mirror_a_verdict_is_the_same_and_a_wall_runs_the_other_way(reflector: FloatArray) -> None:
-    nothing = Occluders(np.zeros((0, 4)), np.zeros((0, 2)), np.zeros(0))
-    log_densities = np.full(len(SCENE.readings), np.log(0.01))
+    nothing, log_densities = Occluders(np.zeros((0, 4)), np.zeros((0, 2))), np.full(len(SCENE.readings), np.log(0.01))
     image, turned = mirrored(SCENE), reflected(reflector)
     here = rescore(SCENE, reflector, score_pings(SCENE, HEARING, reflector, NOISE), log_densities, nothing)
     there = rescore(image, turned, score_pings(image, HEARING, turned, NOISE), log_densities, nothing)

@@ -14,7 +14,7 @@ from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["STRONGEST_MISS", "HypothesisScore", "Occluders", "missed", "rescore"]
 
-_WALL, _CONCAVE, _CYLINDER, _ROUND = int(Kind.WALL), int(Kind.CORNER), int(Kind.CYLINDER), int(Kind.ROUND)
+_WALL, _CYLINDER, _ROUND = int(Kind.WALL), int(Kind.CYLINDER), int(Kind.ROUND)
 
 # Lower bound of the log-likelihood ratio of one station [nats]: it may have stood behind an unmapped object.
 STRONGEST_MISS = 12.0
@@ -25,16 +25,11 @@ _LEAST_HITS = 0.67
 _ANEW, _MISSED = math.log(3.0), -0.1
 # Margins of occluders: beyond the extent of a wall, and around a cylinder [m].
 _MARGIN_WALL, _MARGIN_CYLINDER = 0.1, 0.02
-# Greatest distance of a concave corner from the lines of its walls, and from where these were detected [m]: walls are
-# detected where a perpendicular from the robot meets them, and the robot cannot drive into a corner.
-_AT_WALL, _TO_CORNER = 0.05, 1.0
 
 # Station and weight of each ping, and centers of the stations [m].
 _PingArrays: TypeAlias = tuple[IntArray, FloatArray, FloatArray]
 # Pings, densities, misses and feet of ``PingScores``.
 _ScoreArrays: TypeAlias = tuple[IntArray, FloatArray, FloatArray, FloatArray]
-# Those of ``Occluders``.
-_FrameArrays: TypeAlias = tuple[FloatArray, FloatArray, FloatArray]
 
 
 class Occluders(NamedTuple):
@@ -44,8 +39,6 @@ class Occluders(NamedTuple):
     reflectors: FloatArray
     # Ends of walls along their lines [m], shape (f, 2).
     extents: FloatArray
-    # Log-likelihood ratios [nats], shape (f,).
-    llrs: FloatArray
 
 
 class HypothesisScore(NamedTuple):
@@ -79,15 +72,7 @@ def rescore(
     ping_arrays = measurements.stations, measurements.weights, measurements.centers
     scores = ping_scores.pings, ping_scores.densities, ping_scores.misses, ping_scores.feet
     return HypothesisScore(
-        *_judged(
-            ping_arrays,
-            reflector,
-            scores,
-            log_densities,
-            (frame.reflectors, frame.extents, frame.llrs),
-            known,
-            _AT_WALL,
-        )
+        *_judged(ping_arrays, reflector, scores, log_densities, (frame.reflectors, frame.extents), known)
     )
 
 
@@ -108,9 +93,8 @@ def _judged(
     reflector: FloatArray,
     scores: _ScoreArrays,
     log_densities: FloatArray,
-    frame: _FrameArrays,
+    frame: tuple[FloatArray, FloatArray],
     known: tuple[float, float],
-    at_wall: float,
 ) -> tuple[float, float, float, FloatArray]:
     """Return total, low, high and contributions by station, as in ``HypothesisScore``."""
     llr_by_station = _by_station(ping_arrays, scores, log_densities)
@@ -119,8 +103,6 @@ def _judged(
         least, most = min(least, llr), max(most, llr)
     if len(frame[0]) and least < -1.0 and most > 4.0:
         _excuse(llr_by_station, shape_of(reflector), ping_arrays[2], frame)
-    if reflector[0] == _CONCAVE:
-        _drop_from_behind(llr_by_station, shape_of(reflector), ping_arrays[2], frame, at_wall)
     if reflector[0] != _WALL:
         return llr_by_station.sum(), 0.0, 0.0, llr_by_station
     _best_run(ping_arrays[0], scores, llr_by_station, known)
@@ -213,7 +195,9 @@ def _extent(stations: IntArray, scores: _ScoreArrays, llr_by_station: FloatArray
 
 
 @inlined
-def _excuse(llr_by_station: FloatArray, shape: Shape, centers: FloatArray, frame: _FrameArrays) -> None:
+def _excuse(
+    llr_by_station: FloatArray, shape: Shape, centers: FloatArray, frame: tuple[FloatArray, FloatArray]
+) -> None:
     """Set negative contributions to zero for stations whose view of a landmark is occluded by an accepted one."""
     for other in range(len(frame[0])):
         screen, extent = shape_of(frame[0][other]), frame[1][other]
@@ -223,39 +207,6 @@ def _excuse(llr_by_station: FloatArray, shape: Shape, centers: FloatArray, frame
                 dx, dy = _view(shape, x, y)
                 if _hides(screen, extent, (x, y, dx, dy)):
                     llr_by_station[station] = 0.0
-
-
-@inlined
-def _drop_from_behind(
-    llr_by_station: FloatArray,
-    corner: Shape,
-    centers: FloatArray,
-    frame: _FrameArrays,
-    at_wall: float,
-) -> None:
-    """Set contributions to zero for stations behind a wall that meets a concave corner.
-
-    Only from between its walls does it return sound.  What stations behind one of them detect is another corner, about
-    as far from it as the wall is thick.  Of wall and corner, that of the greater log-likelihood ratio exists.
-    """
-    detected = 0.0
-    for llr in llr_by_station:
-        detected += max(llr, 0.0)
-    for other in range(len(frame[0])):
-        wall = shape_of(frame[0][other])
-        if frame[2][other] > detected and _meets(wall, frame[1][other], corner, at_wall):
-            for station in range(len(llr_by_station)):
-                if wall[3] - wall[1] * centers[station, 0] - wall[2] * centers[station, 1] < 0.0:
-                    llr_by_station[station] = 0.0
-
-
-@inlined
-def _meets(wall: Shape, extent: FloatArray, corner: Shape, at_wall: float) -> bool:
-    """Return True if a landmark is a wall that ends at a corner, or may go on to it."""
-    if wall[0] != _WALL or abs(wall[3] - wall[1] * corner[1] - wall[2] * corner[2]) > at_wall:
-        return False
-    place = wall[1] * corner[2] - wall[2] * corner[1]
-    return bool(extent[0] - _TO_CORNER < place < extent[1] + _TO_CORNER)
 
 
 @inlined

@@ -7,22 +7,10 @@ from echoplan.arrays import FloatArray, IntArray
 from echoplan.joint.likelihood.hypothesis_scores import HypothesisScore, Occluders, missed, rescore
 from echoplan.joint.likelihood.ping_scores import PingScores, score_pings
 from echoplan.preprocessing.measurements import Measurements
-from helpers.expectations import (
-    NOISE,
-    REACH,
-    ROOM,
-    SONAR,
-    corner,
-    cylinder,
-    edge,
-    evidence_for,
-    listening,
-    pings_of,
-    wall,
-)
+from helpers.expectations import NOISE, REACH, ROOM, SONAR, corner, cylinder, evidence_for, listening, pings_of, wall
 
 FLOOR = float(np.log(0.04 / REACH))
-OPEN = Occluders(np.zeros((0, 4)), np.zeros((0, 2)), np.zeros(0))
+OPEN = Occluders(np.zeros((0, 4)), np.zeros((0, 2)))
 EAST = ROOM[0]
 
 
@@ -36,12 +24,6 @@ def score_of(
     """Return the score of a landmark, by default when no reading is explained."""
     known = np.broadcast_to(log_densities, measurements.readings.shape).astype(float)
     return rescore(measurements, reflector, evidence_for(measurements, reflector), known, frame)
-
-
-def among(*reflectors: FloatArray, extent: tuple[float, float] = (0.0, 0.0), llr: float = 1e3) -> Occluders:
-    """Return other landmarks, all of this extent and log-likelihood ratio."""
-    count = len(reflectors)
-    return Occluders(np.array(reflectors).reshape(-1, 4), np.tile(extent, (count, 1)), np.full(count, llr))
 
 
 def without_echoes_at(measurements: Measurements, *stations: int) -> Measurements:
@@ -185,8 +167,8 @@ def test_the_best_run_has_the_greatest_sum_of_all_runs() -> None:
         assert score_of(muted, EAST, log_densities=log_densities).llr == pytest.approx(max(runs))
 
 
-SCREEN = among(wall(0.0, 1.0), extent=(-0.8, -0.2))
-POST = among(cylinder(1.0, -0.5, 0.1))
+SCREEN = Occluders(np.array([wall(0.0, 1.0)]), np.array([[-0.8, -0.2]]))
+POST = Occluders(np.array([cylinder(1.0, -0.5, 0.1)]), np.zeros((1, 2)))
 
 
 @pytest.mark.parametrize("frame", [SCREEN, POST])
@@ -204,11 +186,11 @@ def test_an_occluded_station_does_not_contradict_a_landmark(frame: Occluders, re
 @pytest.mark.parametrize(
     "frame",
     [
-        among(wall(0.0, 1.0), extent=(0.2, 0.8)),
-        among(wall(0.0, 2.5), extent=(-2.0, 2.0)),
-        among(wall(np.pi / 2, -0.5), extent=(-3.0, 3.0)),
-        among(cylinder(1.0, -0.2, 0.1)),
-        among(corner(1.0, -0.5)),
+        Occluders(np.array([wall(0.0, 1.0)]), np.array([[0.2, 0.8]])),
+        Occluders(np.array([wall(0.0, 2.5)]), np.array([[-2.0, 2.0]])),
+        Occluders(np.array([wall(np.pi / 2, -0.5)]), np.array([[-3.0, 3.0]])),
+        Occluders(np.array([cylinder(1.0, -0.2, 0.1)]), np.zeros((1, 2))),
+        Occluders(np.array([corner(1.0, -0.5)]), np.zeros((1, 2))),
     ],
 )
 def test_landmarks_beside_or_behind_the_line_of_sight_do_not_occlude(frame: Occluders) -> None:
@@ -221,7 +203,7 @@ def test_landmarks_beside_or_behind_the_line_of_sight_do_not_occlude(frame: Occl
 
 def test_a_wall_behind_a_wall_does_not_occlude_it() -> None:
     measurements = without_echoes_at(pings_of(listening([(0.0, 0.0), (0.5, 0.2), (0.5, 0.4)]), [EAST]), 1)
-    behind = among(wall(0.0, 2.2), extent=(-2.0, 2.0))
+    behind = Occluders(np.array([wall(0.0, 2.2)]), np.array([[-2.0, 2.0]]))
     free = score_of(measurements, EAST).llr_by_station
     assert free[1] < -1.0
     assert score_of(measurements, EAST, frame=behind).llr_by_station == pytest.approx(free)
@@ -233,48 +215,6 @@ def test_an_occluded_station_may_support_a_landmark() -> None:
     assert score_of(measurements, post, frame=SCREEN).llr_by_station[0] == pytest.approx(
         score_of(measurements, post).llr_by_station[0]
     )
-
-
-# Stations about a corner in the north-east: two inside the room, one east of it and one north of it.
-ABOUT = [(1.0, 0.5), (0.5, 1.0), (2.6, 0.8), (1.2, 2.2)]
-NORTH_EAST = corner(2.0, 1.5)
-
-
-def supporting(*walls: FloatArray, extent: tuple[float, float] = (-1.5, 1.5), llr: float = 1e3) -> list[int]:
-    """Return the stations of ``ABOUT`` that support the corner, from which all detect a point, beside walls."""
-    measurements, frame = pings_of(listening(ABOUT), [NORTH_EAST]), among(*walls, extent=extent, llr=llr)
-    return np.flatnonzero(score_of(measurements, NORTH_EAST, frame=frame).llr_by_station > 0.0).tolist()
-
-
-def test_a_concave_corner_is_detected_only_from_between_its_walls() -> None:
-    assert supporting() == [0, 1, 2, 3]
-    assert supporting(ROOM[0], ROOM[1]) == [0, 1]
-    assert supporting(ROOM[0]) == [0, 1, 3]
-    assert supporting(ROOM[1]) == [0, 1, 2]
-
-
-def test_a_missed_corner_is_missed_by_the_stations_between_its_walls() -> None:
-    silent = listening(ABOUT)
-    one, both = (among(*ROOM[:count], extent=(-1.5, 1.5)) for count in (1, 2))
-    assert np.flatnonzero(score_of(silent, NORTH_EAST, frame=both).llr_by_station).tolist() == [0, 1]
-    # Behind the only wall that is known stands station 2.
-    assert np.flatnonzero(score_of(silent, NORTH_EAST, frame=one).llr_by_station).tolist() == [0, 1, 3]
-
-
-def test_walls_that_do_not_meet_a_corner_do_not_restrict_it() -> None:
-    assert supporting(wall(0.0, 2.06), wall(np.pi / 2, 1.4), wall(0.0, 1.9)) == [0, 1, 2, 3]
-    assert supporting(ROOM[0], extent=(-1.0, 0.4)) == [0, 1, 2, 3]
-    assert supporting(ROOM[0], extent=(-1.0, 0.6)) == [0, 1, 3]
-    # Of wall and corner, that of the greater log-likelihood ratio exists.
-    assert supporting(ROOM[0], ROOM[1], llr=100.0) == [0, 1, 2, 3]
-
-
-def test_convex_edges_and_cylinders_are_detected_from_behind_walls_too() -> None:
-    measurements = pings_of(listening(ABOUT), [NORTH_EAST])
-    frame = among(*ROOM[:2], extent=(-1.5, 1.5))
-    for point in (edge(2.0, 1.5), cylinder(2.0, 1.5, 0.01)):
-        free = score_of(measurements, point).llr_by_station
-        assert np.array_equal(score_of(measurements, point, frame=frame).llr_by_station > 0.0, free > 0.0)
 
 
 def test_short_readings_support_a_landmark_after_scaling() -> None:

@@ -90,7 +90,7 @@ def test_a_proposed_hypothesis_has_no_ratio_yet(room: PingLikelihood) -> None:
 
 
 def test_the_score_is_stored_in_the_hypothesis(room: PingLikelihood, walls: list[Hypothesis]) -> None:
-    nothing = Occluders(np.zeros((0, 4)), np.zeros((0, 2)), np.zeros(0))
+    nothing = Occluders(np.zeros((0, 4)), np.zeros((0, 2)))
     verdict = rescore(room.measurements, ROOM[1], walls[1].ping_scores, bare(room), nothing)
     assert walls[1].llr == verdict.llr > 20.0
     assert walls[1].extent == (verdict.low, verdict.high)
