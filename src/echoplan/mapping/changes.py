@@ -1,11 +1,11 @@
 """What has changed in a place between the recordings of an earlier map and another recording.
 
-A wall, or a piece of one, is gone if earlier recordings detected it there, it is no longer in the map, and the robot
-looked at its place in one of two ways: it measured through it when it detected other walls, or stations that face it
-clearly do not detect it.  It is new if the same holds for the recordings before it.  Where no station looked, it is
-neither: the robot has not been there again, or maps the place for the first time.  What a map inferred is neither gone
-nor new, and neither is a wall that is longer or shorter than before by less than the 95 % interval of its end.  For
-cylinders, only lines of sight count.
+A wall, or a piece of one, is gone if earlier recordings detected it, it is no longer in the map, and the robot looked at
+its place: it measured through it when it detected other walls, or stations that face it clearly do not detect it.  A
+wall is new if it is only in the new map, and the earlier recordings looked at its place in the same way.  Where nobody
+looked, nothing is reported.  What a map inferred is neither gone nor new, and neither is a wall that is longer or
+shorter than before by less than the 95 % interval of its end.  For cylinders, only lines of sight count; round walls
+are never reported, as no lines of sight to them are kept.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -33,9 +33,8 @@ _SAME = 0.05
 _SHORTEST = 0.2
 # Half the distance up to which two pieces are joined [m]: corners of walls may be off by that.
 _JOINED = 0.1
-# A wall is absent if so many lines of sight lead through its place, as a single one may be an error; or if this is the
-# log probability of its non-detections [nats], that of three stations that miss it entirely: two remove a landmark, but
-# both may have stood behind something that is not in the map. One line of sight weighs half of either.
+# A wall is absent if two lines of sight lead through its place, since a single one may be an error, or if three stations
+# miss it entirely [nats], since two may have stood behind something that is not in the map. Shares of both add up.
 _CROSSINGS, _MISSED = 2, -3.0 * STRONGEST_MISS
 # Errors of rounding are smaller [m].
 _EXACT = 1e-3
@@ -121,14 +120,14 @@ def find_changes(before: FeatureMap, after: FeatureMap, *, earlier: Looks, later
 
 
 def _absent(pieces: Sequence[Wall], looks: Looks) -> tuple[FloatArray, ...]:
-    """Return the endpoints of the pieces of walls whose places stations looked at without finding them."""
+    """Return the endpoints of those pieces of walls that were not there when stations looked at their places."""
     crossings = _crossings(_bodies(_lines(pieces)), looks)
     is_absent = crossings / _CROSSINGS + looks.misses(pieces) / _MISSED >= 1.0
-    return tuple(piece.endpoints_xy for piece, gone in zip(pieces, is_absent, strict=True) if gone)
+    return tuple(piece.endpoints_xy for piece, absent in zip(pieces, is_absent, strict=True) if absent)
 
 
 def _absent_cylinders(cylinders: Sequence[Cylinder], looks: Looks) -> tuple[Cylinder, ...]:
-    """Return the cylinders through whose places stations looked."""
+    """Return those cylinders through whose places stations looked."""
     crossings = _crossings(_discs(cylinders), looks)
     return tuple(each for each, count in zip(cylinders, crossings, strict=True) if count >= _CROSSINGS)
 
