@@ -101,7 +101,7 @@ def _name_of(event: Event) -> str:
     kind = "round wall" if event.kind is Kind.ROUND else event.kind.name.lower()
     if event.kind is Kind.WALL:
         angle, offset = event.parameters
-        return f"{kind} with normal {decimal(math.degrees(angle), 1)}° and offset {decimal(offset, 3)} m"
+        return f"{kind} with normal {decimal(math.degrees(wrap(angle)), 1)}° and offset {decimal(offset, 3)} m"
     x, y = event.parameters[:2]
     return f"{kind} at ({decimal(x, 3)}, {decimal(y, 3)}) m"
 

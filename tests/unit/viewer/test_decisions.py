@@ -63,7 +63,7 @@ def test_a_round_wall_elsewhere_does_not_matter() -> None:
 
 
 def test_a_wall_that_was_removed_says_where_it_was_and_which_station_missed_it() -> None:
-    there = {"parameters": (math.pi / 2, 7.0)}
+    there = {"parameters": (math.pi / 2 - 2.0 * math.pi, 7.0)}
     lost = event(decision=Decision.REMOVED, log_likelihood_ratio=9.1, missed_detections=-21.9, worst_station=4, **there)
     _, (name, text) = decisions_in_words([event(**there), lost], FOUND).items
     assert name == "wall with normal 90.0° and offset 7.000 m"
