@@ -1,11 +1,11 @@
 """What has changed in a place between the recordings of an earlier map and another recording.
 
-A wall, or a piece of one, is gone if earlier recordings detected it, it is no longer in the map, and the robot looked at
-its place: it measured through it when it detected other walls, or stations that face it clearly do not detect it.  A
-wall is new if it is only in the new map, and the earlier recordings looked at its place in the same way.  Where nobody
-looked, nothing is reported.  What a map inferred is neither gone nor new, and neither is a wall that is longer or
-shorter than before by less than the 95 % interval of its end.  For cylinders, only lines of sight count; round walls
-are never reported, as no lines of sight to them are kept.
+A wall, or a piece of one, is gone if earlier recordings detected it, it is no longer in the map, and the robot looked
+at its place: it measured through it when it detected other walls, or stations that face it clearly do not detect it. A
+wall is new if it is only in the new map, and the earlier recordings looked at its place in the same way. Where nobody
+looked, nothing is reported. What a map inferred is neither gone nor new, and neither is a wall that is longer or
+shorter than before by less than the 95 % interval of its end. For cylinders, only lines of sight count; round walls are
+never reported, as no lines of sight to them are kept.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -33,8 +33,8 @@ _SAME = 0.05
 _SHORTEST = 0.2
 # Half the distance up to which two pieces are joined [m]: corners of walls may be off by that.
 _JOINED = 0.1
-# A wall is absent if two lines of sight lead through its place, since a single one may be an error, or if three stations
-# miss it entirely [nats], since two may have stood behind something that is not in the map. Shares of both add up.
+# A wall is absent if two lines of sight lead through its place, as a single one may be an error, or if three stations
+# miss it entirely [nats], as two may have stood behind something that is not in the map. Shares of both add up.
 _CROSSINGS, _MISSED = 2, -3.0 * STRONGEST_MISS
 # Errors of rounding are smaller [m].
 _EXACT = 1e-3
