@@ -84,13 +84,19 @@ class ZenohRouter:
         return f"{self.domain}/{name[1:]}/{type_on_wire(kind)}/{STORE.hash_rihs01(kind)}"
 
     def advertise(self, name: str, kind: str, *, is_latched: bool) -> Callable[[bytes], None]:
+        from zenoh import CongestionControl  # noqa: PLC0415 - an extra
         from zenoh.ext import CacheConfig, declare_advanced_publisher  # noqa: PLC0415 - an extra
 
         cache = CacheConfig(1) if is_latched else None
+        # As rmw_zenoh publishes with the history "keep all". Otherwise Zenoh drops messages after a delay of the robot.
         publisher = declare_advanced_publisher(
-            self.network, self.key(name, kind), cache=cache, publisher_detection=is_latched
+            self.network,
+            self.key(name, kind),
+            congestion_control=CongestionControl.BLOCK,
+            cache=cache,
+            publisher_detection=is_latched,
         )
-        self.token("MP", name, kind, quality=":1:,1:,:,:,," if is_latched else "::,:,:,:,,")
+        self.token("MP", name, kind, quality=":1:,1:,:,:,," if is_latched else "::2,:,:,:,,")
         gid = os.urandom(16)
         return lambda raw: publisher.put(raw, attachment=struct.pack("<qqB", 1, time.time_ns(), 16) + gid)
 
