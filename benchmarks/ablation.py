@@ -64,7 +64,9 @@ RULES: Mapping[str, Mapping[str, Any]] = {
     # The search.
     "soft walls": {f"{_SEARCH}.search.Search._soft": _constant([])},
     "one wall or cylinder as several walls": {f"{_SEARCH}.search.split_joined_walls": _unchanged(1)},
-    "corner as two walls": {f"{_SEARCH}.model_moves._AT_LAST": ()},
+    "corner from one right angle": {
+        f"echoplan.joint.likelihood.{each}.RIGHT_ANGLE": math.tau for each in ("hypothesis", "hypothesis_scores")
+    },
     "other classes": {f"{_ESTIMATE}.reclassified": _unchanged(1)},
     "corner on walls": {f"{_SEARCH}.model_moves._spared_walls": _constant(0)},
     "corner for a short wall": {f"{_SEARCH}.model_moves._crossings": _constant([])},

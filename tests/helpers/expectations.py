@@ -7,9 +7,10 @@ import numpy as np
 from echoplan.acoustics.predicted_echo import EchoModel, Kind, predict_echo, shape_of
 from echoplan.arrays import FloatArray
 from echoplan.geometry import directions
-from echoplan.joint.likelihood.hypothesis import Hypothesis
+from echoplan.joint.likelihood.hypothesis import ANYWHERE, Hypothesis
 from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
 from echoplan.joint.likelihood.ping_scores import NO_PING_SCORES, PingScores, score_pings
+from echoplan.joint.search.scan_matching import LandmarkMap
 from echoplan.preprocessing.measurements import Measurements
 from helpers.simulated_worlds import PAPER
 
@@ -149,3 +150,9 @@ def feature(
         llr=float(sum(llr_by_station)),
         extent=extent,
     )
+
+
+def landmark_map(reflectors: FloatArray) -> LandmarkMap:
+    """Long walls and other landmarks, all equally sure and detected from anywhere."""
+    count = len(reflectors)
+    return LandmarkMap(reflectors, np.ones(count), np.tile([-REACH, REACH], (count, 1)), np.tile(ANYWHERE, (count, 1)))

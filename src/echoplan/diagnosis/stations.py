@@ -117,7 +117,7 @@ def _elsewhere(estimate: Estimate, station: int) -> tuple[FloatArray, float]:
         if each.supporting(least) - int(each.llr_by_station[station] > least) >= _OTHERS
     ]
     scan = local_scan_of(estimate, station)
-    landmark_map, here = LandmarkMap.of(known), estimate.measured_poses[station]
+    landmark_map, here = LandmarkMap.of(known, estimate.measurements.centers), estimate.measured_poses[station]
     _, now = locate(scan, landmark_map, here, _HELD * _SLIP, settings)
     moved, then = locate(scan, landmark_map, here, _SLIP, settings)
     return moved, then - now

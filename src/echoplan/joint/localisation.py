@@ -92,7 +92,7 @@ def localise(
     landmarks, _ = known_landmarks(feature_map)
     search = _Search(
         scans=local_scans_of(estimate),
-        landmark_map=LandmarkMap.of(landmarks),
+        landmark_map=LandmarkMap.of(landmarks, np.zeros((0, 2))),
         grid=pose_grid(np.concatenate([*(wall.endpoints_xy for wall in feature_map.walls), feature_map.poses[:, :2]])),
         priors=odometry_prior(stations.poses, settings.pose_errors, estimate.odometry_noise),
         settings=settings,

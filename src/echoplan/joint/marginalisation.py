@@ -291,10 +291,14 @@ def _counted(history: TrackHistory, number: int, estimate: Estimate, going: _Mar
 
 
 def _with_specular_points(history: TrackHistory, number: int, estimate: Estimate, going: _Marginalised) -> TrackHistory:
-    """Add specular points, crossings of the line by sound, and line evidence of a wall."""
+    """Add specular points, crossings of the line by sound, and line evidence of a wall; bearings from a corner."""
     wall, paths = estimate.features[number], going.paths
     if wall.kind is Kind.ROUND:
         return replace(history, feet=_joined(history.feet, paths.bearings(number, wall.reflector[1:3])))
+    if wall.kind is Kind.CORNER:
+        here = replace(wall, llr_by_station=wall.llr_by_station[: going.size])
+        bearings = here.detected_from(estimate.measurements.centers[: going.size])
+        return replace(history, feet=_joined(history.feet, bearings))
     if not wall.is_wall:
         return history
     line = history.line.joined(going.lines[number])

@@ -11,7 +11,7 @@ from echoplan.geometry import aligned
 from echoplan.joint.estimate import Estimate
 from echoplan.joint.optimisation.odometry_noise import VERY_STRONG, are_quantised, log_odds_absolute_vs_odometry
 from echoplan.joint.optimisation.pose_factors import PosePrior, waypoint_prior, waypoint_steps
-from echoplan.joint.pose_correction.annealing import anneal, refine, with_converged_calibration, with_right_angles
+from echoplan.joint.pose_correction.annealing import anneal, refine, with_best_calibration, with_right_angles
 from echoplan.joint.pose_correction.consistency import (
     agrees,
     are_weakly_connected,
@@ -257,7 +257,7 @@ def _improved(estimate: Estimate, priors: PosePrior, *, propose: PoseProposal) -
 
 def _refined_if_better(estimate: Estimate, proposed: Estimate, *, priors: PosePrior) -> Estimate:
     """Return the proposal, refined, if its log evidence is clearly greater with the best calibration of both."""
-    calibrated, moved = map(with_converged_calibration, (estimate, refine(proposed, priors)))
+    calibrated, moved = map(with_best_calibration, (estimate, refine(proposed, priors)))
     # It must be better than before the calibration, too: otherwise two estimates may replace each other for ever.
     return estimate if _better(calibrated, moved) is calibrated else _better(estimate, moved)
 

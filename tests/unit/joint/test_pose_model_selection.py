@@ -136,7 +136,7 @@ def replace_steps(monkeypatch: pytest.MonkeyPatch, **answers: Any) -> None:
         "without_wheel_slip": lambda estimate, priors: None,
         "relocalised": lambda estimate, priors, station: None,
         "refine": refine,
-        "with_converged_calibration": lambda estimate: estimate,
+        "with_best_calibration": lambda estimate: estimate,
         "contradicts_odometry": lambda estimate: False,
         "find_servo": lambda estimate: None,
         "anneal": anneal,
@@ -245,7 +245,7 @@ def test_estimates_do_not_replace_each_other_for_ever(monkeypatch: pytest.Monkey
     others = {
         "without_greatest_error": lambda estimate, priors: estimate,
         "refine": refined,
-        "with_converged_calibration": lambda estimate: replace(estimate, asked=(*estimate.asked, "calibrated")),
+        "with_best_calibration": lambda estimate: replace(estimate, asked=(*estimate.asked, "calibrated")),
         "log_evidence": lambda estimate: 10.0 * (estimate.settled > 1) - 20.0 * estimate.asked.count("calibrated"),
     }
     settings = EstimateSettings(poses=PoseMode.CORRECT, max_waypoints=0)

@@ -1,5 +1,6 @@
 """Hypotheses: landmarks with their scores by ping and by station."""
 
+import math
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -7,12 +8,12 @@ import numpy as np
 
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import BoolArray, FloatArray
-from echoplan.geometry import directions
+from echoplan.geometry import directions, wrap
 from echoplan.joint.landmarks import LANDMARKS, LandmarkType
 from echoplan.joint.likelihood.ping_scores import PingScores
 from echoplan.joint.likelihood.track_history import NO_HISTORY, TrackHistory
 
-__all__ = ["Hypothesis", "Key"]
+__all__ = ["ANYWHERE", "RIGHT_ANGLE", "Hypothesis", "Key"]
 
 # Plain integers compare faster than members of an enumeration.
 _WALL = int(Kind.WALL)
@@ -21,6 +22,11 @@ _WALL = int(Kind.WALL)
 # stands before it; and the log-likelihood ratio of such a station [nats]: unmodelled multipath that looked like a soft
 # wall reached 38 in rooms and drives (benchmarks/gate.py, seeds 0 to 49).
 _CLEAR_STATIONS, _CLEAR_STATION_LLR = 3, 40.0
+
+# Sound returns from a concave corner if its walls meet at this angle, and only between them [rad].
+RIGHT_ANGLE = 0.5 * math.pi
+# All directions: their middle, and half of their width [rad].
+ANYWHERE = (0.0, math.pi)
 
 # Identity of one hypothesis, or of several together.
 Key: TypeAlias = tuple[object, ...]
@@ -100,6 +106,31 @@ class Hypothesis:
         normal = directions(self.line[0])
         ends: FloatArray = self.line[1] * normal + np.outer(self.extent, (-normal[1], normal[0]))
         return ends
+
+    def detected_from(self, centers_xy: FloatArray) -> FloatArray:
+        """Return the bearings, seen from a point, of the stations that detected it, shape (k,) [rad].
+
+        ``centers_xy`` are those of all s stations [m], shape (s, 2).
+        """
+        away = centers_xy[self.llr_by_station > 0.0] - self.reflector[1:3]
+        bearings: FloatArray = np.arctan2(away[:, 1], away[:, 0])
+        return bearings
+
+    def front(self, centers_xy: FloatArray) -> tuple[float, float]:
+        """Return the middle and half of the width of the directions from which it can be detected [rad].
+
+        A concave corner is detected only from one right angle. ``centers_xy`` are those of all s stations [m], shape
+        (s, 2).
+        """
+        if self.kind is not Kind.CORNER:
+            return ANYWHERE
+        bearings = np.concatenate([self.history.feet, self.detected_from(centers_xy)])
+        if not len(bearings):
+            return ANYWHERE
+        middle = float(np.angle(np.exp(1j * bearings).sum()))
+        turned = wrap(bearings - middle)
+        low, high = float(turned.min()), float(turned.max())
+        return middle + 0.5 * (low + high), RIGHT_ANGLE - 0.5 * (high - low)
 
     def supporting(self, least: float) -> int:
         """Count the stations that contribute more than ``least`` [nats], and those that its history counts."""

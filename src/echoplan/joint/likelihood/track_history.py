@@ -59,7 +59,8 @@ class TrackHistory:
     pings: int = 0
     # Ends of a wall along its line, as far as detected [m].
     extent: tuple[float, float] = (np.inf, -np.inf)
-    # Specular points along a wall [m], or as bearings from the centre of a round one [rad], sorted, shape (k,).
+    # Specular points along a wall [m], or as bearings from the centre of a round one; of a concave corner, the bearings
+    # of stations that detected it [rad]. Sorted, shape (k,).
     feet: FloatArray = field(default_factory=_nowhere)
     # Points along the line of a wall where sound of other landmarks crossed it, one per station and landmark [m], shape
     # (c,): there is no wall.

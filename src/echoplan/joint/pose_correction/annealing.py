@@ -9,6 +9,7 @@ from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.optimisation.manhattan import estimate_right_angles, rest_on_few_stations, roughly_square
 from echoplan.joint.optimisation.odometry_noise import estimate_odometry_noise
 from echoplan.joint.optimisation.pose_factors import PosePrior, at_poses
+from echoplan.joint.pose_correction.consistency import log_evidence
 from echoplan.joint.search.duplicates import DuplicateSettings, without_duplicates
 from echoplan.joint.trace import Decision, Reason, record_event
 
@@ -16,7 +17,7 @@ __all__ = [
     "anneal",
     "impose_right_angles",
     "refine",
-    "with_converged_calibration",
+    "with_best_calibration",
     "with_estimated_odometry_noise",
     "with_right_angles",
 ]
@@ -55,19 +56,22 @@ def refine(estimate: Estimate, priors: PosePrior) -> Estimate:
     return estimate
 
 
-def with_converged_calibration(estimate: Estimate) -> Estimate:
-    """Return the estimate after calibrating and optimising by turns until the figure of merit has converged.
+def with_best_calibration(estimate: Estimate) -> Estimate:
+    """Return the estimate without landmarks that fail the acceptance test, with its most likely calibration.
 
-    The log evidence depends strongly on the figure of merit, so solutions are compared with the best one of each.
+    Figure of merit and beam are estimated by turns. That need not converge, and the log evidence depends strongly on
+    them, so estimates are compared with the best calibration of each.
     """
+    estimate = best = estimate.prune()
     for _ in range(_CALIBRATIONS):
         former = estimate.model.figure_of_merit
         estimate = estimate.estimate_figure_of_merit().alternate(estimate.noise, estimate.pose_prior, 3)
         estimate = estimate.estimate_noise()
         estimate = estimate.rescore(estimate.noise)
+        best = max(best, estimate, key=log_evidence)
         if abs(estimate.model.figure_of_merit - former) < _CALIBRATED:
             break
-    return estimate
+    return best
 
 
 def with_estimated_odometry_noise(estimate: Estimate, priors: PosePrior) -> PosePrior:

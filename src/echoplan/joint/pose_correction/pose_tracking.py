@@ -12,6 +12,7 @@ from echoplan.arrays import BoolArray, FloatArray
 from echoplan.geometry import compose, directions, invert, wrap
 from echoplan.joint.arcs import arc_planes
 from echoplan.joint.estimate import Estimate
+from echoplan.joint.likelihood.hypothesis import ANYWHERE
 from echoplan.joint.likelihood_cache import LikelihoodCache
 from echoplan.joint.optimisation.odometry_noise import VERY_STRONG
 from echoplan.joint.optimisation.pose_factors import PosePrior, at_poses, continued, dead_reckoned
@@ -125,17 +126,18 @@ def with_first_station_registered_again(estimate: Estimate, priors: PosePrior) -
     if not estimate.marginal_prior.is_empty or len(estimate.measured_poses) <= _FEW:
         return None
     scan = local_scans_of(estimate)[0]
-    others = LandmarkMap.of([each for each in estimate.features if each.llr_by_station[1:].max(initial=0.0) > 0.0])
+    others = [each for each in estimate.features if each.llr_by_station[1:].max(initial=0.0) > 0.0]
+    landmark_map = LandmarkMap.of(others, estimate.measurements.centers)
     back = invert(compose(invert(estimate.measured_poses[0]), estimate.measured_poses[1]))
     way, sigmas = float(np.hypot(back[0], back[1])), 1.3 * priors.reaches[1]
     # A yaw error of the second pose rotates the step back to the first: it is searched in intervals, each with the
     # uncertainty that remains within it.
     rest = np.hypot(sigmas, [0.5 * way * _PART * sigmas[2]] * 2 + [0.0]) * [1.0, 1.0, _PART]
-    _, score = locate(scan, others, estimate.poses[0], _HERE, estimate.settings.localisation)
+    _, score = locate(scan, landmark_map, estimate.poses[0], _HERE, estimate.settings.localisation)
     found, most = estimate.poses[0], score + _STRONG
     for turn in np.arange(-3.0, 3.0 + _PART, _PART):
         guess = compose(compose(estimate.poses[1], [0.0, 0.0, turn * sigmas[2]]), back)
-        pose, score = locate(scan, others, guess, rest, estimate.settings.localisation)
+        pose, score = locate(scan, landmark_map, guess, rest, estimate.settings.localisation)
         if score - 0.5 * turn**2 > most:
             found, most = pose, score - 0.5 * turn**2
     if not are_displaced(found, estimate.poses[0]):
@@ -191,7 +193,7 @@ def _landmark_map(known: Estimate) -> LandmarkMap:
     """Return the landmarks, and arcs that none of them explains as a wall, a corner and a cylinder each."""
     features, explained = known.features, known.inlier_mask(known.features)
     loose = [arc for arc in known.arcs if arc.share_of(explained) < 0.5]
-    sure = LandmarkMap.of(features)
+    sure = LandmarkMap.of(features, known.measurements.centers)
     rows, extents = list(sure.reflectors), list(sure.extents)
     if loose:
         planes = arc_planes(loose, known.measurements, known.model.tabulated())
@@ -207,4 +209,5 @@ def _landmark_map(known: Estimate) -> LandmarkMap:
             ]
             extents += [(along, along), (0.0, 0.0), (0.0, 0.0)]
     weights = np.concatenate([np.ones(len(features)), np.full(len(rows) - len(features), _LOOSE)])
-    return LandmarkMap(np.array(rows).reshape(-1, 4), weights, np.array(extents).reshape(-1, 2))
+    fronts = np.concatenate([sure.fronts, np.tile(ANYWHERE, (len(rows) - len(features), 1))])
+    return LandmarkMap(np.array(rows).reshape(-1, 4), weights, np.array(extents).reshape(-1, 2), fronts)

@@ -29,7 +29,8 @@ def relocalised(estimate: Estimate, priors: PosePrior, station: int) -> FloatArr
     counted = list(zip(estimate.features, detected, strict=True))
     if not any(each.llr_by_station[station] < _MISSED and others >= _MANY for each, others in counted):
         return None
-    known, settings = LandmarkMap.of([each for each, others in counted if others]), estimate.settings.localisation
+    features = [each for each, others in counted if others]
+    known, settings = LandmarkMap.of(features, estimate.measurements.centers), estimate.settings.localisation
     guess = dead_reckoned(priors.measured_poses, estimate.poses, station)
     sigmas = settings.slip_inflation * priors.reaches[station]
     pose, _ = locate(local_scan_of(estimate, station), known, guess, sigmas, settings)

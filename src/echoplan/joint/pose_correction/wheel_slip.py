@@ -52,7 +52,9 @@ def _taken_back(
 ) -> tuple[float, FloatArray]:
     """Return the gain [nats] and the poses if all stations from a step on move to where they fit best."""
     poses, settings = estimate.poses, estimate.settings.localisation
-    known = LandmarkMap.of([each for each in estimate.features if _before(each, step) > 0.0])
+    known = LandmarkMap.of(
+        [each for each in estimate.features if _before(each, step) > 0.0], estimate.measurements.centers
+    )
     # Walls are extended by the gap allowed between duplicates.
     known = known._replace(extents=known.extents + np.array([-_APART, _APART]))
     scan = _together(scans[step:], poses[step:])

@@ -71,14 +71,17 @@ class LandmarkMap(NamedTuple):
     weights: FloatArray
     # Ends of walls along their lines [m], shape (f, 2).
     extents: FloatArray
+    # Middle and half of the width of the directions from which each can be detected [rad], shape (f, 2).
+    fronts: FloatArray
 
     @classmethod
-    def of(cls, features: Sequence[Hypothesis]) -> "LandmarkMap":
-        """Return the map of landmarks, all of weight 1."""
+    def of(cls, features: Sequence[Hypothesis], centers_xy: FloatArray) -> "LandmarkMap":
+        """Return the map of landmarks, all of weight 1; ``centers_xy`` are those of the stations [m], shape (s, 2)."""
         return cls(
             np.array([each.reflector for each in features]).reshape(-1, 4),
             np.ones(len(features)),
             np.array([each.extent for each in features]).reshape(-1, 2),
+            np.array([each.front(centers_xy) for each in features]).reshape(-1, 2),
         )
 
 
@@ -211,6 +214,8 @@ def _scores(
             x, y = _sensor_position(scan, arc, (poses[number, 0], poses[number, 1], cosines[number], sines[number]))
             bearing, best = poses[number, 2] + scan.normals[arc], 0.0
             for feature in features:
+                if not _faces(shapes[feature], landmark_map.fronts[feature], x, y):
+                    continue
                 extent = landmark_map.extents[feature, 0], landmark_map.extents[feature, 1]
                 deep = (scan.depths[arc] - _depth(shapes[feature], extent, x, y)) / tolerances[0]
                 if abs(deep) < _FAR:
@@ -241,6 +246,12 @@ def _depth(shape: Shape, extent: tuple[float, float], x: float, y: float) -> flo
         return shape[3] - shape[1] * x - shape[2] * y if facing else math.inf
     # Where the echo of a round wall comes from depends on where the sensor looks.
     return math.inf if shape[0] == _ROUND else math.hypot(shape[1] - x, shape[2] - y) - shape[3]
+
+
+@inlined
+def _faces(shape: Shape, front: FloatArray, x: float, y: float) -> bool:
+    """Return True if a landmark can be detected from a position [m]."""
+    return bool(front[1] >= math.pi or abs(_wrapped(math.atan2(y - shape[2], x - shape[1]) - front[0])) <= front[1])
 
 
 @inlined

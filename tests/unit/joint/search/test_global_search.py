@@ -9,7 +9,7 @@ from echoplan.geometry import compose, wrap
 from echoplan.joint.arcs import ArcSettings, find_arcs
 from echoplan.joint.search.global_search import apart, find_poses, pose_grid
 from echoplan.joint.search.scan_matching import LandmarkMap, LocalisationSettings, LocalScan, local_scans
-from helpers.expectations import REACH, ROOM, SONAR, cylinder, listening, pings_of
+from helpers.expectations import ROOM, SONAR, cylinder, landmark_map, listening, pings_of
 
 SETTINGS = LocalisationSettings()
 # A room of 4 x 3 m about the origin, with and without a column that makes it asymmetric.
@@ -20,8 +20,7 @@ NO_ARCS = LocalScan(np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros(0))
 
 
 def room(*more: FloatArray) -> LandmarkMap:
-    reflectors = np.array([*ROOM, *more])
-    return LandmarkMap(reflectors, np.ones(len(reflectors)), np.tile([-REACH, REACH], (len(reflectors), 1)))
+    return landmark_map(np.array([*ROOM, *more]))
 
 
 @cache

@@ -9,8 +9,15 @@ from echoplan.arrays import FloatArray
 from echoplan.geometry import compose, directions, wrap
 from echoplan.joint.arcs import ArcSettings, find_arcs
 from echoplan.joint.search import scan_matching
-from echoplan.joint.search.scan_matching import LandmarkMap, LocalisationSettings, LocalScan, local_scans, locate
-from helpers.expectations import REACH, ROOM, SONAR, cylinder, listening, pings_of
+from echoplan.joint.search.scan_matching import (
+    LandmarkMap,
+    LocalisationSettings,
+    LocalScan,
+    local_scans,
+    locate,
+    score_poses,
+)
+from helpers.expectations import ROOM, SONAR, corner, cylinder, landmark_map, listening, pings_of
 
 COLUMN = cylinder(0.2, 0.9, 0.1)
 SETTINGS = LocalisationSettings()
@@ -19,8 +26,7 @@ HERE = np.array([0.4, -0.3, 0.5])
 
 
 def room(*more: FloatArray) -> LandmarkMap:
-    reflectors = np.array([*ROOM, *more])
-    return LandmarkMap(reflectors, np.ones(len(reflectors)), np.tile([-REACH, REACH], (len(reflectors), 1)))
+    return landmark_map(np.array([*ROOM, *more]))
 
 
 def sight_from(pose: FloatArray) -> LocalScan:
@@ -71,7 +77,7 @@ def test_a_large_turn_is_recovered_with_arcs_of_distant_origins(turn: float) -> 
 
 
 def test_without_landmarks_the_predicted_pose_is_kept() -> None:
-    empty = LandmarkMap(np.zeros((0, 4)), np.zeros(0), np.zeros((0, 2)))
+    empty = landmark_map(np.zeros((0, 4)))
     pose, score = locate(sight_from(HERE), empty, HERE, SIGMAS, SETTINGS)
     assert pose == pytest.approx(HERE)
     assert score == 0.0
@@ -88,9 +94,25 @@ def test_a_single_wall_fixes_distance_and_heading_but_not_the_place_along_it() -
     scan = sight_from(HERE)
     only = LocalScan(scan.origins_xy[:1], scan.normals[:1], scan.depths[:1], scan.weights[:1])
     guess = compose(HERE, np.array([0.04, 0.04, 0.05]))
-    pose, _ = locate(only, LandmarkMap(ROOM[:1], np.ones(1), np.array([[-REACH, REACH]])), guess, SIGMAS, SETTINGS)
+    pose, _ = locate(only, landmark_map(ROOM[:1]), guess, SIGMAS, SETTINGS)
     assert pose[0] == pytest.approx(HERE[0], abs=0.01)
     assert abs(pose[1] - guess[1]) < 0.01
+
+
+def test_a_corner_is_matched_only_from_the_directions_in_which_it_was_detected() -> None:
+    at = corner(2.0, 1.5)
+    away = at[1:3] - HERE[:2]
+    bearing = float(np.arctan2(away[1], away[0]))
+    scan = LocalScan(np.zeros((1, 2)), np.array([bearing - HERE[2]]), np.array([np.hypot(*away)]), np.ones(1))
+    alone = landmark_map(at[None])
+    seen, behind = (alone._replace(fronts=np.array([[wrap(bearing + turn), np.pi / 4]])) for turn in (np.pi + 0.7, 0.7))
+    scores = [
+        score_poses(scan, each, poses=HERE[None], tolerances=(0.01, 0.02), settings=SETTINGS)[0]
+        for each in (alone, seen, behind)
+    ]
+    assert scores[1] == pytest.approx(scores[0])
+    assert scores[0] > 3.0
+    assert scores[2] == 0.0
 
 
 def test_outlying_arcs_do_not_move_the_pose() -> None:
