@@ -92,7 +92,6 @@ RULES: Mapping[str, Mapping[str, Any]] = {
     "wider odometry": {f"{_MODELS}._may_exceed_specification": _constant(value=False)},
     "registration order": {f"{_MODELS}.spanning_tree_order": _in_recorded_order},
     "annealing": {f"{_MODELS}.anneal": _unchanged()},
-    "first station again": {f"{_MODELS}.with_first_station_registered_again": _constant(None)},
     "wrong registrations": {f"{_MODELS}.without_greatest_error": _constant(None)},
     "estimated odometry noise": {f"{_POSES}.annealing.with_estimated_odometry_noise": _unchanged(1)},
     "duplicates": {f"{_POSES}.annealing._merged": _unchanged()},

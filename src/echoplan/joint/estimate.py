@@ -221,10 +221,6 @@ class Estimate:
         # With marginalised stations one round suffices: their landmarks and sonar have converged before.
         return now.alternate(now.noise, now.pose_prior, 3 if now.marginal_prior.is_empty else 1)
 
-    def prune(self) -> "Estimate":
-        """Score all landmarks again, and remove those that fail the acceptance test."""
-        return replace(self, features=self.landmark_search().settled(self.features))
-
     def prune_and_reclassify(self) -> "Estimate":
         """Select the best class of each landmark, and remove landmarks that fail the acceptance test."""
         search = self.landmark_search()

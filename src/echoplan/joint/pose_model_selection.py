@@ -25,7 +25,6 @@ from echoplan.joint.pose_correction.pose_tracking import (
     are_displaced,
     odometry_prediction,
     register_in_order,
-    with_first_station_registered_again,
     without_greatest_error,
 )
 from echoplan.joint.pose_correction.random_effects import estimate_shared_bias
@@ -233,8 +232,7 @@ def _tracked(estimate: Estimate) -> Estimate:
     priors = estimate.odometry()
     tracked = register_in_order(estimate, priors, odometry_prediction(estimate, priors))
     steady = refine(tracked, priors)
-    for propose in (with_first_station_registered_again, without_greatest_error):
-        steady = _improved(steady, priors, propose=propose)
+    steady = _improved(steady, priors, propose=without_greatest_error)
     best = _improved(steady, priors, propose=without_wheel_slip)
     status = replace(estimate.pose_status, has_slips=estimate.pose_status.has_slips or best is not steady)
     for station in range(max(1, len(best.marginal_prior.poses)), len(best.poses)):
@@ -258,8 +256,7 @@ def _improved(estimate: Estimate, priors: PosePrior, *, propose: PoseProposal) -
 def _refined_if_better(estimate: Estimate, proposed: Estimate, *, priors: PosePrior) -> Estimate:
     """Return the proposal, refined, if its log evidence is clearly greater with the best calibration of both."""
     calibrated, moved = map(with_best_calibration, (estimate, refine(proposed, priors)))
-    # It must be better than before the calibration, too: otherwise two estimates may replace each other for ever.
-    return estimate if _better(calibrated, moved) is calibrated else _better(estimate, moved)
+    return estimate if _better(calibrated, moved) is calibrated else moved
 
 
 def _is_in_question(estimate: Estimate) -> bool:

@@ -57,12 +57,12 @@ def refine(estimate: Estimate, priors: PosePrior) -> Estimate:
 
 
 def with_best_calibration(estimate: Estimate) -> Estimate:
-    """Return the estimate without landmarks that fail the acceptance test, with its most likely calibration.
+    """Return the estimate with the most likely one of its next few calibrations, or as it is.
 
     Figure of merit and beam are estimated by turns. That need not converge, and the log evidence depends strongly on
     them, so estimates are compared with the best calibration of each.
     """
-    estimate = best = estimate.prune()
+    best = estimate
     for _ in range(_CALIBRATIONS):
         former = estimate.model.figure_of_merit
         estimate = estimate.estimate_figure_of_merit().alternate(estimate.noise, estimate.pose_prior, 3)

@@ -27,7 +27,6 @@ __all__ = [
     "odometry_prediction",
     "register_in_order",
     "up_to_station",
-    "with_first_station_registered_again",
     "with_rest_at",
     "without_greatest_error",
 ]
@@ -41,12 +40,8 @@ _LOOSE = 0.5
 _RADIUS = 0.1
 # A station whose registration exceeds this share of the best possible log-likelihood detects nothing new.
 _UNDERSTOOD = 0.6
-# Width of the yaw intervals that are searched one by one [sigmas].
-_PART = 0.75
 # This many stations or fewer do not determine enough landmarks to register others to them.
 _FEW = 4
-# Standard deviations of the first pose given its own arcs [m, m, rad].
-_HERE = np.array([0.005, 0.005, math.radians(0.5)])
 # Strong evidence [nats] (Kass and Raftery 1995), from which other poses are proposed.
 _STRONG = 3.0
 # A station that is displaced by no more than this agrees with the others; by more, and its walls are taken for other
@@ -114,36 +109,6 @@ def local_scan_of(estimate: Estimate, station: int) -> LocalScan:
     """Return the arcs of one station in the frame of the robot."""
     arcs = [each for each in estimate.arcs if each.station == station]
     return local_scans(arcs, estimate.recorded, estimate.model.tabulated(), estimate.measured_poses[station])
-
-
-def with_first_station_registered_again(estimate: Estimate, priors: PosePrior) -> Estimate | None:
-    """Return the estimate with its first station where it fits the landmarks of the others, or None.
-
-    The second station was registered to the arcs of a single station, each of which may be a wall, a corner or a
-    cylinder. If that was wrong, all later stations agree with the second one, but not with the first: they move
-    together. The result is None if the first station fits best where it is, or was marginalised.
-    """
-    if not estimate.marginal_prior.is_empty or len(estimate.measured_poses) <= _FEW:
-        return None
-    scan = local_scans_of(estimate)[0]
-    others = [each for each in estimate.features if each.llr_by_station[1:].max(initial=0.0) > 0.0]
-    landmark_map = LandmarkMap.of(others, estimate.measurements.centers)
-    back = invert(compose(invert(estimate.measured_poses[0]), estimate.measured_poses[1]))
-    way, sigmas = float(np.hypot(back[0], back[1])), 1.3 * priors.reaches[1]
-    # A yaw error of the second pose rotates the step back to the first: it is searched in intervals, each with the
-    # uncertainty that remains within it.
-    rest = np.hypot(sigmas, [0.5 * way * _PART * sigmas[2]] * 2 + [0.0]) * [1.0, 1.0, _PART]
-    _, score = locate(scan, landmark_map, estimate.poses[0], _HERE, estimate.settings.localisation)
-    found, most = estimate.poses[0], score + _STRONG
-    for turn in np.arange(-3.0, 3.0 + _PART, _PART):
-        guess = compose(compose(estimate.poses[1], [0.0, 0.0, turn * sigmas[2]]), back)
-        pose, score = locate(scan, landmark_map, guess, rest, estimate.settings.localisation)
-        if score - 0.5 * turn**2 > most:
-            found, most = pose, score - 0.5 * turn**2
-    if not are_displaced(found, estimate.poses[0]):
-        return None
-    second = compose(compose(estimate.poses[0], invert(found)), estimate.poses[1])
-    return replace(estimate, poses=with_rest_at(estimate.poses, 1, pose=second), features=estimate.known)
 
 
 def without_greatest_error(estimate: Estimate, priors: PosePrior) -> Estimate | None:

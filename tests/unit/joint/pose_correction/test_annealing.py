@@ -12,7 +12,7 @@ from echoplan.joint.optimisation.manhattan import ManhattanPrior
 from echoplan.joint.optimisation.optimiser import Priors
 from echoplan.joint.optimisation.pose_factors import PosePrior, waypoint_prior
 from echoplan.joint.pose_correction import annealing
-from echoplan.joint.pose_correction.annealing import anneal, impose_right_angles, refine
+from echoplan.joint.pose_correction.annealing import anneal, impose_right_angles, refine, with_best_calibration
 from echoplan.joint.pose_model_selection import estimate_map
 from echoplan.joint.settings import PoseMode
 from echoplan.preprocessing.measurements import join_measurements, measurements_of
@@ -82,6 +82,27 @@ def test_the_effective_sample_size_is_estimated_from_the_readings(square: Estima
     estimate = replace(square, effective_sample_ratio=start)
     estimate = refine(estimate, waypoint_prior(estimate.measured_poses, estimate.settings.pose_errors))
     assert estimate.effective_sample_ratio > 10.0 * start
+
+
+@pytest.mark.parametrize(("likelihoods", "best"), [([5.0, 1.0, 2.0], 0), ([1.0, 3.0, 2.0], 1), ([1.0, 2.0, 3.0], 2)])
+def test_the_most_likely_of_several_calibrations_is_kept(
+    square: Estimate, monkeypatch: pytest.MonkeyPatch, likelihoods: list[float], best: int
+) -> None:
+    """They swing from one to the next, and a later one may explain less."""
+    seen = list[Estimate]()
+
+    def likely(estimate: Estimate) -> float:
+        if all(each is not estimate for each in seen):
+            seen.append(estimate)
+        number = next(place for place, each in enumerate(seen) if each is estimate)
+        return likelihoods[min(number, 2)] if number <= 2 else 0.0
+
+    monkeypatch.setattr(annealing, "log_evidence", likely)
+    monkeypatch.setattr(annealing, "_CALIBRATED", 0.0)
+    found = with_best_calibration(square)
+    assert seen[0] is square
+    assert len(seen) > 2
+    assert found is seen[best]
 
 
 def test_annealing_adds_heading_factors_after_the_beam_is_calibrated(

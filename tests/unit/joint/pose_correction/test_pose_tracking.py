@@ -17,13 +17,10 @@ from echoplan.joint.marginalisation import marginalise, survey
 from echoplan.joint.optimisation.pose_factors import odometry_prior
 from echoplan.joint.pose_correction.consistency import has_duplicated_walls
 from echoplan.joint.pose_correction.pose_tracking import (
-    odometry_prediction,
     register_in_order,
     up_to_station,
-    with_first_station_registered_again,
     without_greatest_error,
 )
-from echoplan.joint.search.scan_matching import LandmarkMap, LocalisationSettings, LocalScan, locate
 from echoplan.joint.settings import EstimateSettings
 from echoplan.model import Route, Sweep
 from echoplan.preprocessing.measurements import join_measurements, measurements_of
@@ -163,37 +160,6 @@ def test_the_search_is_not_repeated_at_stations_without_new_echoes(monkeypatch: 
     # The first two stations detect most of the room.
     assert learned[0] == 2
     assert len(learned) < len(WAY) / 2
-
-
-@pytest.mark.parametrize(("gain", "moves"), [(2.0, False), (4.0, True)])
-def test_the_first_station_is_registered_anew_only_with_strong_evidence(
-    gain: float, monkeypatch: pytest.MonkeyPatch, *, moves: bool
-) -> None:
-    stays, original = list[float](), locate
-
-    def located(
-        scan: LocalScan,
-        landmark_map: LandmarkMap,
-        guess: FloatArray,
-        sigmas: FloatArray,
-        settings: LocalisationSettings,
-    ) -> tuple[FloatArray, float]:
-        if stays:
-            return np.array([*(WAY[0, :2] + 0.2), WAY[0, 2]]), stays[0] + gain
-        pose, score = original(scan, landmark_map, guess, sigmas, settings)
-        # Only the score of the present pose is computed with sigmas of millimetres.
-        stays.extend([score] * bool(sigmas[0] < 0.006))
-        return pose, score
-
-    estimate = estimate_of(drive())
-    monkeypatch.setattr("echoplan.joint.pose_correction.pose_tracking.locate", located)
-    priors = odometry_prior(estimate.measured_poses, estimate.settings.pose_errors)
-    estimate = register_in_order(estimate, priors, odometry_prediction(estimate, priors))
-    proposed = with_first_station_registered_again(estimate, priors)
-    assert (proposed is not None) == moves
-    away = np.hypot(*((proposed or estimate).poses[1:] - WAY[1:])[:, :2].T)
-    assert stays
-    assert ((away > 0.2) == moves).all()
 
 
 def test_walls_are_mapped_once_at_their_true_places() -> None:

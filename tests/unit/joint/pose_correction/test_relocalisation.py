@@ -61,7 +61,6 @@ def test_consistent_stations_are_not_relocalised() -> None:
 
 def test_a_misplaced_station_is_corrected_without_a_wheel_slip(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pose_model_selection, "register_in_order", lambda estimate, *_: estimate)
-    monkeypatch.setattr(pose_model_selection, "with_first_station_registered_again", lambda _estimate, _priors: None)
     monkeypatch.setattr(pose_model_selection, "agrees", lambda _: False)
     found = estimate_map(misplaced())
     assert found.poses == pytest.approx(WAY, abs=0.01)

@@ -156,7 +156,6 @@ def test_a_pose_that_already_fits_best_is_no_slip() -> None:
 
 def test_landmarks_duplicated_by_a_slip_are_merged(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pose_model_selection, "register_in_order", lambda estimate, *_: estimate)
-    monkeypatch.setattr(pose_model_selection, "with_first_station_registered_again", lambda _estimate, _priors: None)
     monkeypatch.setattr(pose_model_selection, "agrees", lambda _: False)
     found = estimate_map(estimate(slips=True))
     assert sum(not each.is_wall for each in found.features) == 1
