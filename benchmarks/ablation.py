@@ -64,9 +64,7 @@ RULES: Mapping[str, Mapping[str, Any]] = {
     # The search.
     "soft walls": {f"{_SEARCH}.search.Search._soft": _constant([])},
     "one wall or cylinder as several walls": {f"{_SEARCH}.search.split_joined_walls": _unchanged(1)},
-    "corner from one right angle": {
-        f"echoplan.joint.likelihood.{each}.RIGHT_ANGLE": math.tau for each in ("hypothesis", "hypothesis_scores")
-    },
+    "corner as two walls": {f"{_SEARCH}.model_moves._AT_LAST": ()},
     "other classes": {f"{_ESTIMATE}.reclassified": _unchanged(1)},
     "corner on walls": {f"{_SEARCH}.model_moves._spared_walls": _constant(0)},
     "corner for a short wall": {f"{_SEARCH}.model_moves._crossings": _constant([])},
@@ -87,6 +85,7 @@ RULES: Mapping[str, Mapping[str, Any]] = {
     "figure of merit and beam as variables": {f"{_ESTIMATE}.Estimate.refine_calibration": _unchanged()},
     "attenuation": {f"{_ESTIMATE}.shadowed": _unchanged(2)},
     # Poses.
+    "corners face one way": {"echoplan.joint.likelihood.hypothesis._RIGHT_ANGLE": math.tau},
     "wheel slips": {f"{_MODELS}.without_wheel_slip": _constant(None)},
     "relocalisation": {f"{_MODELS}.relocalised": _constant(None)},
     "wider odometry": {f"{_MODELS}._may_exceed_specification": _constant(value=False)},

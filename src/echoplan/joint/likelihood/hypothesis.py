@@ -13,7 +13,7 @@ from echoplan.joint.landmarks import LANDMARKS, LandmarkType
 from echoplan.joint.likelihood.ping_scores import PingScores
 from echoplan.joint.likelihood.track_history import NO_HISTORY, TrackHistory
 
-__all__ = ["ANYWHERE", "RIGHT_ANGLE", "Hypothesis", "Key"]
+__all__ = ["ANYWHERE", "Hypothesis", "Key"]
 
 # Plain integers compare faster than members of an enumeration.
 _WALL = int(Kind.WALL)
@@ -24,7 +24,7 @@ _WALL = int(Kind.WALL)
 _CLEAR_STATIONS, _CLEAR_STATION_LLR = 3, 40.0
 
 # Sound returns from a concave corner if its walls meet at this angle, and only between them [rad].
-RIGHT_ANGLE = 0.5 * math.pi
+_RIGHT_ANGLE = 0.5 * math.pi
 # All directions: their middle, and half of their width [rad].
 ANYWHERE = (0.0, math.pi)
 
@@ -119,8 +119,8 @@ class Hypothesis:
     def front(self, centers_xy: FloatArray) -> tuple[float, float]:
         """Return the middle and half of the width of the directions from which it can be detected [rad].
 
-        A concave corner is detected only from one right angle. ``centers_xy`` are those of all s stations [m], shape
-        (s, 2).
+        A concave corner is detected only between its walls: within the right angle that contains the directions from
+        which it was detected. ``centers_xy`` are those of all s stations [m], shape (s, 2).
         """
         if self.kind is not Kind.CORNER:
             return ANYWHERE
@@ -130,7 +130,9 @@ class Hypothesis:
         middle = float(np.angle(np.exp(1j * bearings).sum()))
         turned = wrap(bearings - middle)
         low, high = float(turned.min()), float(turned.max())
-        return middle + 0.5 * (low + high), RIGHT_ANGLE - 0.5 * (high - low)
+        half = 0.5 * (high - low)
+        # One that was detected from more directions was no single corner, but all of them count.
+        return middle + 0.5 * (low + high), max(_RIGHT_ANGLE - half, half)
 
     def supporting(self, least: float) -> int:
         """Count the stations that contribute more than ``least`` [nats], and those that its history counts."""

@@ -8,15 +8,13 @@ import numpy as np
 from echoplan.acoustics.predicted_echo import Kind, Shape, shape_of
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled, inlined
-from echoplan.joint.likelihood.hypothesis import RIGHT_ANGLE
 from echoplan.joint.likelihood.ping_scores import MASKING, PingScores
-from echoplan.joint.likelihood.track_history import NO_HISTORY, TrackHistory
 from echoplan.kernels import order_of
 from echoplan.preprocessing.measurements import Measurements
 
 __all__ = ["STRONGEST_MISS", "HypothesisScore", "Occluders", "missed", "rescore"]
 
-_WALL, _CONCAVE, _CYLINDER, _ROUND = int(Kind.WALL), int(Kind.CORNER), int(Kind.CYLINDER), int(Kind.ROUND)
+_WALL, _CYLINDER, _ROUND = int(Kind.WALL), int(Kind.CYLINDER), int(Kind.ROUND)
 
 # Lower bound of the log-likelihood ratio of one station [nats]: it may have stood behind an unmapped object.
 STRONGEST_MISS = 12.0
@@ -32,8 +30,6 @@ _MARGIN_WALL, _MARGIN_CYLINDER = 0.1, 0.02
 _PingArrays: TypeAlias = tuple[IntArray, FloatArray, FloatArray]
 # Pings, densities, misses and feet of ``PingScores``.
 _ScoreArrays: TypeAlias = tuple[IntArray, FloatArray, FloatArray, FloatArray]
-# Extent of a wall from marginalised stations [m], bearings of these from a corner, and the angle of a corner [rad].
-_Known: TypeAlias = tuple[tuple[float, float], FloatArray, float]
 
 
 class Occluders(NamedTuple):
@@ -63,19 +59,18 @@ def rescore(
     ping_scores: PingScores,
     log_densities: FloatArray,
     frame: Occluders,
-    history: TrackHistory = NO_HISTORY,
+    known: tuple[float, float] = (math.inf, -math.inf),
 ) -> HypothesisScore:
     """Return the log-likelihood ratio of a landmark, given the log densities of all readings without it.
 
     The best association counts, not the sum of all, so a duplicate of a wall gains nothing. For a wall, only the
-    contiguous run of stations along it with the greatest sum counts; it determines the extent. A concave corner counts
-    as detected only by stations within one right angle. Both include what ``history`` knows of marginalised stations.
+    contiguous run of stations along it with the greatest sum counts; it determines the extent. ``known`` is the extent
+    of the wall from marginalised stations [m].
     """
     # The arrays are passed one by one: counting the references to all arrays of ``Measurements`` takes longer than
     # scoring.
     ping_arrays = measurements.stations, measurements.weights, measurements.centers
     scores = ping_scores.pings, ping_scores.densities, ping_scores.misses, ping_scores.feet
-    known = history.extent, history.feet, RIGHT_ANGLE
     return HypothesisScore(
         *_judged(ping_arrays, reflector, scores, log_densities, (frame.reflectors, frame.extents), known)
     )
@@ -99,7 +94,7 @@ def _judged(
     scores: _ScoreArrays,
     log_densities: FloatArray,
     frame: tuple[FloatArray, FloatArray],
-    known: _Known,
+    known: tuple[float, float],
 ) -> tuple[float, float, float, FloatArray]:
     """Return total, low, high and contributions by station, as in ``HypothesisScore``."""
     llr_by_station = _by_station(ping_arrays, scores, log_densities)
@@ -108,11 +103,9 @@ def _judged(
         least, most = min(least, llr), max(most, llr)
     if len(frame[0]) and least < -1.0 and most > 4.0:
         _excuse(llr_by_station, shape_of(reflector), ping_arrays[2], frame)
-    if reflector[0] == _CONCAVE:
-        _keep_one_side(llr_by_station, shape_of(reflector), ping_arrays[2], known[1], known[2])
     if reflector[0] != _WALL:
         return llr_by_station.sum(), 0.0, 0.0, llr_by_station
-    _best_run(ping_arrays[0], scores, llr_by_station, known[0])
+    _best_run(ping_arrays[0], scores, llr_by_station, known)
     low, high = _extent(ping_arrays[0], scores, llr_by_station)
     return llr_by_station.sum(), low, high, llr_by_station
 
@@ -199,36 +192,6 @@ def _extent(stations: IntArray, scores: _ScoreArrays, llr_by_station: FloatArray
         if llr_by_station[stations[ping]] != 0.0 and density > 0.0:
             low, high = min(low, foot), max(high, foot)
     return (low, high) if low <= high else (0.0, 0.0)
-
-
-@inlined
-def _keep_one_side(
-    llr_by_station: FloatArray, corner: Shape, centers: FloatArray, known: FloatArray, angle: float
-) -> None:
-    """Set positive contributions to zero outside the angle from which a concave corner was detected best.
-
-    Only between its walls does it return sound. What stations elsewhere detect is another corner, such as that of the
-    next room behind the same wall. ``known`` are the bearings from the corner of marginalised stations [rad].
-    """
-    supporting = np.flatnonzero(llr_by_station > 0.0)
-    count, most, start = len(supporting), 0.0, 0.0
-    bearings, gains = np.zeros(count + len(known)), np.zeros(count + len(known))
-    for number in range(count):
-        center = centers[supporting[number]]
-        bearings[number] = math.atan2(center[1] - corner[2], center[0] - corner[1])
-        gains[number] = llr_by_station[supporting[number]]
-    # What is known is kept, whatever else was detected.
-    bearings[count:], gains[count:] = known, 1.0 + gains.sum()
-    for bearing in bearings:
-        total = 0.0
-        for number in range(len(bearings)):
-            if (bearings[number] - bearing) % (2.0 * math.pi) <= angle:
-                total += gains[number]
-        if total > most:
-            most, start = total, bearing
-    for number in range(count):
-        if (bearings[number] - start) % (2.0 * math.pi) > angle:
-            llr_by_station[supporting[number]] = 0.0
 
 
 @inlined

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from echoplan.acoustics.predicted_echo import Kind, SonarTables
+from echoplan.acoustics.predicted_echo import SonarTables
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.compiled import compiled
 from echoplan.joint.likelihood.double_bounces import ghosts_of_walls
@@ -68,7 +68,9 @@ class PingLikelihood:
             extents=np.array([each.extent for each in others]).reshape(-1, 2),
         )
         for each in hypotheses:
-            verdict = rescore(self.measurements, each.reflector, each.ping_scores, log_densities, frame, each.history)
+            verdict = rescore(
+                self.measurements, each.reflector, each.ping_scores, log_densities, frame, each.history.extent
+            )
             total = verdict.llr + each.history.llr
             rescored.append(each.rescored(verdict.llr_by_station, total, _joined(verdict, each.history)))
         return rescored
@@ -106,16 +108,11 @@ class PingLikelihood:
         yield from self.multipath.parts(features)
 
     def _alone(self, number: int, feature: Hypothesis) -> Part:
-        """Return the readings that direct echoes of a landmark explain.
-
-        Those of a wall are within its extent and a margin, those of a corner from one side.
-        """
+        """Return the readings that direct echoes of a landmark explain; of a wall, within its extent and a margin."""
         evidence, (low, high) = feature.ping_scores, feature.extent
         detected = evidence.densities > NO_ECHO
         if feature.is_wall:
             detected &= (evidence.feet > low - _BORDER) & (evidence.feet < high + _BORDER)
-        elif feature.kind is Kind.CORNER:
-            detected &= (feature.llr_by_station != 0.0)[self.measurements.stations[evidence.pings]]
         return Part((number, number), evidence.pings[detected], evidence.densities[detected])
 
     def _best(self, parts: Iterable[Part], least: float) -> FloatArray:

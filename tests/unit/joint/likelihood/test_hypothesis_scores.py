@@ -6,20 +6,8 @@ import pytest
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.joint.likelihood.hypothesis_scores import HypothesisScore, Occluders, missed, rescore
 from echoplan.joint.likelihood.ping_scores import PingScores, score_pings
-from echoplan.joint.likelihood.track_history import NO_HISTORY, TrackHistory
 from echoplan.preprocessing.measurements import Measurements
-from helpers.expectations import (
-    NOISE,
-    REACH,
-    ROOM,
-    SONAR,
-    corner,
-    cylinder,
-    evidence_for,
-    listening,
-    pings_of,
-    wall,
-)
+from helpers.expectations import NOISE, REACH, ROOM, SONAR, corner, cylinder, evidence_for, listening, pings_of, wall
 
 FLOOR = float(np.log(0.04 / REACH))
 OPEN = Occluders(np.zeros((0, 4)), np.zeros((0, 2)))
@@ -32,11 +20,10 @@ def score_of(
     *,
     log_densities: float | FloatArray = FLOOR,
     frame: Occluders = OPEN,
-    history: TrackHistory = NO_HISTORY,
 ) -> HypothesisScore:
     """Return the score of a landmark, by default when no reading is explained."""
     known = np.broadcast_to(log_densities, measurements.readings.shape).astype(float)
-    return rescore(measurements, reflector, evidence_for(measurements, reflector), known, frame, history)
+    return rescore(measurements, reflector, evidence_for(measurements, reflector), known, frame)
 
 
 def without_echoes_at(measurements: Measurements, *stations: int) -> Measurements:
@@ -228,40 +215,6 @@ def test_an_occluded_station_may_support_a_landmark() -> None:
     assert score_of(measurements, post, frame=SCREEN).llr_by_station[0] == pytest.approx(
         score_of(measurements, post).llr_by_station[0]
     )
-
-
-# Stations about a corner in the north-east: three south-west of it and two north-east of it.
-ABOUT = [(1.0, 0.5), (0.5, 1.0), (1.5, 0.2), (2.6, 1.9), (2.3, 2.1)]
-NORTH_EAST = corner(2.0, 1.5)
-
-
-def supporting(reflector: FloatArray, *, feet: FloatArray = NO_HISTORY.feet) -> list[int]:
-    """Return the stations of ``ABOUT`` that support a point, which all detect."""
-    measurements, history = pings_of(listening(ABOUT), [NORTH_EAST]), replace(NO_HISTORY, feet=feet)
-    return np.flatnonzero(score_of(measurements, reflector, history=history).llr_by_station > 0.0).tolist()
-
-
-def test_a_concave_corner_is_detected_from_one_right_angle_only() -> None:
-    assert supporting(NORTH_EAST) == [0, 1, 2]
-    # Another corner was known, behind one of its walls.
-    assert supporting(NORTH_EAST, feet=np.array([0.5])) == [3, 4]
-
-
-def test_what_is_known_of_a_corner_need_not_be_of_one_turn() -> None:
-    bearings = np.arctan2(*(np.array(ABOUT[:2]) - NORTH_EAST[1:3]).T[::-1])
-    assert supporting(NORTH_EAST, feet=bearings + 2.0 * np.pi) == [0, 1, 2]
-
-
-def test_a_corner_is_missed_by_stations_in_all_directions() -> None:
-    measurements = without_echoes_at(pings_of(listening(ABOUT), [NORTH_EAST]), 2, 4)
-    verdict = score_of(measurements, NORTH_EAST)
-    assert np.flatnonzero(verdict.llr_by_station > 0.0).tolist() == [0, 1]
-    assert np.flatnonzero(verdict.llr_by_station < 0.0).tolist() == [2, 4]
-
-
-def test_a_cylinder_is_detected_from_all_directions() -> None:
-    measurements = pings_of(listening(ABOUT), [cylinder(2.0, 1.5, 0.1)])
-    assert (score_of(measurements, cylinder(2.0, 1.5, 0.1)).llr_by_station > 0.0).all()
 
 
 def test_short_readings_support_a_landmark_after_scaling() -> None:
