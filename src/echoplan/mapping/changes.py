@@ -1,11 +1,11 @@
 """What has changed in a place between the recordings of an earlier map and another recording.
 
 A wall, or a piece of one, is gone if earlier recordings detected it, it is no longer in the map, and the robot looked
-at its place: it measured through it when it detected other walls, or stations that face it clearly do not detect it. A
-wall is new if it is only in the new map, and the earlier recordings looked at its place in the same way. Where nobody
-looked, nothing is reported. What a map inferred is neither gone nor new, and neither is a wall that is longer or
-shorter than before by less than the 95 % interval of its end. For cylinders, only lines of sight count; round walls are
-never reported, as no lines of sight to them are kept.
+at its place: it measured through it when it detected other walls, it drove through it, or stations that face it clearly
+do not detect it. A wall is new if it is only in the new map, and the earlier recordings looked at its place in the same
+way. Where nobody looked, nothing is reported. What a map inferred is neither gone nor new, and neither is a wall that
+is longer or shorter than before by less than the 95 % interval of its end. For cylinders, only lines of sight and the
+path count; round walls are never reported, as no lines of sight to them are kept.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -17,11 +17,11 @@ import shapely
 from numpy.typing import NDArray
 from shapely.ops import substring
 
-from echoplan.arrays import FloatArray, IntArray
+from echoplan.arrays import FloatArray
 from echoplan.joint.likelihood.hypothesis_scores import STRONGEST_MISS
 from echoplan.model import HALF_OF_95, Changes, Cylinder, FeatureMap, Wall
 
-__all__ = ["Looks", "contradicts", "find_changes", "later_views"]
+__all__ = ["Looks", "contradicts", "find_changes"]
 
 # Shapes of shapely.
 _Shapes: TypeAlias = NDArray[Any]
@@ -33,8 +33,9 @@ _SAME = 0.05
 _SHORTEST = 0.2
 # Half the distance up to which two pieces are joined [m]: corners of walls may be off by that.
 _JOINED = 0.1
-# A wall is absent if two lines of sight lead through its place, as a single one may be an error, or if three stations
-# miss it entirely [nats], as two may have stood behind something that is not in the map. Shares of both add up.
+# A wall is absent if the robot drove through its place, if two lines of sight lead through it, as a single one may be
+# an error, or if three stations miss it entirely [nats], as two may have stood behind something that is not in the map.
+# Shares of these add up.
 _CROSSINGS, _MISSED = 2, -3.0 * STRONGEST_MISS
 # Errors of rounding are smaller [m].
 _EXACT = 1e-3
@@ -43,36 +44,58 @@ _BEYOND = 0.1
 
 
 class Looks(NamedTuple):
-    """What stations looked at.
+    """What stations looked at, and where the robot drove.
 
     Attributes
     ----------
     views_xy : ndarray, shape (v, 2, 2)
         Lines of sight along which they detected walls, from the station to the wall [m].
+    path_xy : ndarray, shape (p, 2)
+        Path of the robot, straight from one place to the next [m]; a row of NaN separates recordings.
     misses : callable
         Returns the log probability that they do not detect n walls, shape (n,) [nats].
     """
 
     views_xy: FloatArray
+    path_xy: FloatArray
     misses: Callable[[Sequence[Wall]], FloatArray]
 
+    def later(self, all_of_them: "Looks") -> "Looks":
+        """Return the looks of the recording after these.
 
-def later_views(views_before: FloatArray, views_after: FloatArray) -> FloatArray:
-    """Return the lines of sight of the last recording, shape (v, 2, 2) [m].
+        Parameters
+        ----------
+        all_of_them : Looks
+            Lines of sight and path of these recordings and the one after them; misses of that one.
 
-    Parameters
-    ----------
-    views_before, views_after : ndarray, shape (n, 2, 2)
-        Lines of sight of earlier recordings, and of all: from the station to the wall [m].
+        Returns
+        -------
+        Looks
+            With the lines of sight that begin at none of these stations, and the path after this one.
+        """
+        views_xy = all_of_them.views_xy
+        is_earlier = (views_xy[:, None, 0] == self.views_xy[None, :, 0]).all(axis=-1).any(axis=1)
+        return all_of_them._replace(views_xy=views_xy[~is_earlier], path_xy=all_of_them.path_xy[len(self.path_xy) :])
 
-    Returns
-    -------
-    ndarray, shape (v, 2, 2)
-        Those that begin at none of the earlier stations.
-    """
-    is_earlier = (views_after[:, None, 0] == views_before[None, :, 0]).all(axis=-1).any(axis=1)
-    later: FloatArray = views_after[~is_earlier]
-    return later
+    def passed(self, shapes: _Shapes) -> FloatArray:
+        """Return how surely shapes were not there: 1 if the robot drove through, or looked through twice.
+
+        Parameters
+        ----------
+        shapes : ndarray of object, shape (n,)
+            Lines, or areas.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            At least 1 if it was surely not there.
+        """
+        steps = np.stack([self.path_xy[:-1], self.path_xy[1:]], axis=1)
+        steps = steps[np.isfinite(steps).all(axis=(1, 2))]
+        seen = _trimmed(self.views_xy).query(shapes, predicate="intersects")[0]
+        driven = shapely.STRtree(shapely.linestrings(steps)).query(shapes, predicate="intersects")[0]
+        passed: FloatArray = np.bincount(seen, minlength=len(shapes)) / _CROSSINGS
+        return passed + np.isin(np.arange(len(shapes)), driven)
 
 
 def contradicts(before: FeatureMap, later: FloatArray) -> bool:
@@ -121,15 +144,14 @@ def find_changes(before: FeatureMap, after: FeatureMap, *, earlier: Looks, later
 
 def _absent(pieces: Sequence[Wall], looks: Looks) -> tuple[FloatArray, ...]:
     """Return the endpoints of those pieces of walls that were not there when stations looked at their places."""
-    crossings = _crossings(_bodies(_lines(pieces)), looks)
-    is_absent = crossings / _CROSSINGS + looks.misses(pieces) / _MISSED >= 1.0
+    is_absent = looks.passed(_bodies(_lines(pieces))) + looks.misses(pieces) / _MISSED >= 1.0
     return tuple(piece.endpoints_xy for piece, absent in zip(pieces, is_absent, strict=True) if absent)
 
 
 def _absent_cylinders(cylinders: Sequence[Cylinder], looks: Looks) -> tuple[Cylinder, ...]:
-    """Return those cylinders through whose places stations looked."""
-    crossings = _crossings(_discs(cylinders), looks)
-    return tuple(each for each, count in zip(cylinders, crossings, strict=True) if count >= _CROSSINGS)
+    """Return those cylinders through whose places stations looked or the robot drove."""
+    is_absent = looks.passed(_discs(cylinders)) >= 1.0
+    return tuple(each for each, absent in zip(cylinders, is_absent, strict=True) if absent)
 
 
 def _trimmed(views: FloatArray) -> shapely.STRtree:
@@ -187,12 +209,6 @@ def _bodies(pieces: _Shapes) -> _Shapes:
     joined = [shapely.union_all(pieces[numbers[owners == owner]]) for owner in range(len(bodies))]
     found: _Shapes = np.array([joined[owner] for owner in owners[np.argsort(numbers)]], dtype=object)
     return found
-
-
-def _crossings(shapes: _Shapes, looks: Looks) -> IntArray:
-    """Count the lines of sight through each of some shapes."""
-    found = _trimmed(looks.views_xy).query(shapes, predicate="intersects")
-    return np.bincount(found[0], minlength=len(shapes))
 
 
 def _only(there: FeatureMap, other: FeatureMap) -> list[Cylinder]:

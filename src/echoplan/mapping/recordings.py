@@ -17,7 +17,7 @@ from echoplan.geometry import compose, invert
 from echoplan.joint.localisation import localise
 from echoplan.joint.mapper import JointSettings
 from echoplan.joint.settings import PoseMode
-from echoplan.mapping.changes import Looks, contradicts, find_changes, later_views
+from echoplan.mapping.changes import Looks, contradicts, find_changes
 from echoplan.mapping.progress import Progress
 from echoplan.mapping.start import StartingMap, read_start, sensors_of
 from echoplan.methods import LocalMapper, map_sweeps
@@ -170,14 +170,14 @@ def map_recordings(
         sweeps = [sweep for sweep in recorded if len(sweep)]
         faults = find_faults(sweeps, mapper.rig)
         start = _start(name, clean_sweeps(sweeps, mapper.rig, faults), known=found, rig=mapper.rig)
-        earlier, count = Looks(mapper.views_xy, mapper.misses(_at_poses(cleaned, found))), len(cleaned)
+        earlier, count = Looks(*mapper.looks(), mapper.misses(_at_poses(cleaned, found))), len(cleaned)
         mapper.begin_recording(start)
         moved = _moved(sweeps, away=compose(start, invert(sweeps[0].station)), after=mapped)
         for sweep in keep(clean_sweeps(moved, mapper.rig, faults)):
             mapper.add(sweep)
         before, found, mapped = found, mapper.result(), (*mapped, *moved)
         placed = _at_poses(cleaned[count:], found)
-        later = Looks(later_views(earlier.views_xy, mapper.views_xy), mapper.misses(placed))
+        later = earlier.later(Looks(*mapper.looks(), mapper.misses(placed)))
         _check_fit(name, before, later, off=math.dist(placed[0].station[:2], start[:2]))
         changed = find_changes(before, found, earlier=earlier, later=later)
         changes.append(replace(changed, recording=name, first_sweep=moved[0].index))

@@ -88,11 +88,22 @@ class LocalMapper:
         """
         return self.mapper.prior() if isinstance(self.mapper, JointMapper) else None
 
-    @property
-    def views_xy(self) -> FloatArray:
-        """Lines of sight along which walls were detected, shape (v, 2, 2) [m]: from the station to the wall."""
+    def looks(self) -> tuple[FloatArray, FloatArray]:
+        """Return along which lines of sight walls were detected, and where the robot drove.
+
+        Returns
+        -------
+        views_xy : ndarray, shape (v, 2, 2)
+            From the station to the wall [m].
+        path_xy : ndarray, shape (p, 2)
+            Places of the robot, with a row of NaN after each earlier recording [m]; none if it may have driven around
+            walls between them.
+        """
         prior = self.prior()
-        return np.zeros((0, 2, 2)) if prior is None else views_of(prior) + self.origin_xy
+        if prior is None:
+            return np.zeros((0, 2, 2)), np.zeros((0, 2))
+        path_xy = prior.path_xy[: len(prior.path_xy) * self._several.settings.segments.driven]
+        return views_of(prior) + self.origin_xy, path_xy + self.origin_xy
 
     def misses(self, sweeps: Sequence[Sweep]) -> Callable[[Sequence[Wall]], FloatArray]:
         """Return how probable it is that some sweeps do not detect walls.

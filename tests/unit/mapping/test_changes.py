@@ -8,13 +8,14 @@ from numpy.typing import ArrayLike
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import lines_through
-from echoplan.mapping.changes import Looks, contradicts, find_changes, later_views
+from echoplan.mapping.changes import Looks, contradicts, find_changes
 from echoplan.model import Changes, Cylinder, FeatureMap, Wall
 
 # Views from stations in the west to the wall in the east, of an earlier and a later recording; what stands in them.
 VIEW = np.array([[[0.0, 0.0], [4.0, 0.0]], [[0.0, 0.2], [4.0, 0.2]]])
 LATER = np.array([[[0.0, 0.05], [4.0, 0.05]], [[0.0, 0.15], [4.0, 0.15]]])
 EAST = [[4.0, -1.0], [4.0, 1.0]]
+NOWHERE = np.zeros((0, 2))
 BOX = [[2.0, -0.5], [2.0, 0.5]]
 
 
@@ -46,13 +47,19 @@ def changes(
     *,
     earlier: FloatArray = VIEW,
     later: FloatArray = LATER,
+    paths: tuple[FloatArray, FloatArray] = (NOWHERE, NOWHERE),
     missed: tuple[float, float] = (0.0, 0.0),
 ) -> Changes:
-    return find_changes(before, after, earlier=looks(before, earlier, missed[0]), later=looks(after, later, missed[1]))
+    return find_changes(
+        before,
+        after,
+        earlier=looks(before, earlier, path=paths[0], misses=missed[0]),
+        later=looks(after, later, path=paths[1], misses=missed[1]),
+    )
 
 
-def looks(feature_map: FeatureMap, views: FloatArray, misses: float) -> Looks:
-    return Looks(np.concatenate([detections(feature_map), views]), lambda walls: np.full(len(walls), misses))
+def looks(feature_map: FeatureMap, views: FloatArray, *, path: FloatArray, misses: float) -> Looks:
+    return Looks(np.concatenate([detections(feature_map), views]), path, lambda walls: np.full(len(walls), misses))
 
 
 def test_nothing_changes_between_equal_maps() -> None:
@@ -78,7 +85,7 @@ def test_a_single_view_through_a_wall_does_not_make_it_new_or_gone() -> None:
 
 def test_a_wall_where_no_station_detected_it_is_neither_gone_nor_new() -> None:
     maps = room(EAST, BOX), room(EAST)
-    nothing = Looks(VIEW, lambda walls: np.full(len(walls), -99.0))
+    nothing = Looks(VIEW, NOWHERE, lambda walls: np.full(len(walls), -99.0))
     assert not find_changes(*maps, earlier=nothing, later=nothing)
     assert not find_changes(*maps[::-1], earlier=nothing, later=nothing)
 
@@ -109,6 +116,26 @@ def test_one_view_through_a_wall_weighs_half_of_what_makes_it_gone_or_new() -> N
     assert [len(each.gone_walls) for each in found] == [1, 0]
     found = [changes(*maps[::-1], earlier=VIEW[:1], missed=(each, 0.0)) for each in (-18.0, -17.0)]
     assert [len(each.new_walls) for each in found] == [1, 0]
+
+
+@pytest.mark.parametrize(
+    ("path", "drove_through"),
+    [
+        ([[1.0, 0.2], [3.0, 0.2]], True),
+        ([[1.0, 0.2], [1.8, 0.2], [1.0, 0.0]], False),
+        ([[1.0, 0.2], [np.nan, np.nan], [3.0, 0.2]], False),
+    ],
+    ids=["through", "before", "two recordings"],
+)
+def test_what_the_robot_drove_through_is_gone_or_new(path: ArrayLike, *, drove_through: bool) -> None:
+    nobody, driven = np.zeros((0, 2, 2)), np.array(path)
+    post = pillar(2.0, 0.2)
+    empty, full = room(EAST), room(EAST, BOX, cylinders=(post,))
+    found = changes(full, empty, later=nobody, paths=(NOWHERE, driven))
+    assert (len(found.gone_walls), len(found.gone_cylinders)) == (drove_through, drove_through)
+    found = changes(empty, full, earlier=nobody, paths=(driven, NOWHERE))
+    assert (len(found.new_walls), len(found.new_cylinders)) == (drove_through, drove_through)
+    assert not changes(full, empty, later=nobody, paths=(driven, NOWHERE))
 
 
 def test_a_wall_where_nobody_looked_before_is_not_new() -> None:
@@ -146,9 +173,13 @@ def test_what_was_only_inferred_is_neither_gone_nor_new() -> None:
     assert not changes(replace(maps[1], walls=(replace(long, inferred=np.array([3.0, 3.0])),)), maps[0])
 
 
-def test_later_views_begin_at_no_earlier_station() -> None:
-    assert np.array_equal(later_views(VIEW, np.concatenate([VIEW, LATER])), LATER)
-    assert np.array_equal(later_views(np.zeros((0, 2, 2)), LATER), LATER)
+def test_later_views_begin_at_no_earlier_station_and_the_later_path_after_the_earlier_one() -> None:
+    first, second = np.array([[0.0, 0.0], [1.0, 0.0]]), np.array([[np.nan, np.nan], [0.0, 1.0]])
+    for views, path in ((VIEW, first), (VIEW[:0], NOWHERE)):
+        both = looks(room(), np.concatenate([views, LATER]), path=np.concatenate([path, second]), misses=0.0)
+        later = looks(room(), views, path=path, misses=0.0).later(both)
+        assert np.array_equal(later.views_xy, LATER)
+        assert np.array_equal(later.path_xy, second, equal_nan=True)
 
 
 def test_a_recording_that_measures_through_most_walls_is_of_another_place() -> None:
