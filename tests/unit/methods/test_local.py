@@ -7,7 +7,9 @@ import pytest
 
 from echoplan.arrays import FloatArray
 from echoplan.errors import EchoplanError
-from echoplan.methods import Mapper, Method, grid_of, map_sweeps, observations_of, points_of
+from echoplan.joint.map_extraction.segments import SegmentSettings
+from echoplan.joint.mapper import JointSettings
+from echoplan.methods import METHODS, Mapper, Method, grid_of, map_sweeps, observations_of, points_of
 from echoplan.model import FeatureMap, Sweep
 from echoplan.simulation import Simulation
 
@@ -50,6 +52,19 @@ def test_coordinates_of_a_country_change_nothing_but_the_frame(
         assert grids[1] is not None
         assert grids[1].origin_xy - FAR == pytest.approx(grids[0].origin_xy, abs=1e-8)
         assert (grids[1].values == grids[0].values).all()
+
+
+@pytest.mark.parametrize("driven", [True, False])
+def test_the_path_of_the_robot_is_known_unless_it_may_have_driven_around_walls(
+    cell: Simulation, sweeps: list[Sweep], *, driven: bool
+) -> None:
+    settings = JointSettings(segments=SegmentSettings(driven=driven))
+    mapper = METHODS["joint"].build(cell.rig, settings)
+    found = map_sweeps(mapper, [shifted(sweep, FAR) for sweep in sweeps])
+    views, path = mapper.looks()
+    assert path == pytest.approx(found.poses[: len(POSES) * driven, :2], abs=1e-6)
+    assert len(views)
+    assert (np.hypot(*(views[:, 0, None] - POSES[:, :2] - FAR).T).min(axis=0) < 0.1).all()
 
 
 def test_a_wall_far_away_is_as_sure_as_it_is_near(
