@@ -62,7 +62,7 @@ def _in_recorded_order(places_xy: Any) -> list[int]:
 # Rule: what is put in the place of which names while it is switched off.
 RULES: Mapping[str, Mapping[str, Any]] = {
     # The search.
-    "soft walls": {f"{_SEARCH}.search.Search._soft": _constant([])},
+    "soft walls": {"echoplan.joint.likelihood.hypothesis._CLEAR_STATIONS": 10**6},
     "one wall or cylinder as several walls": {f"{_SEARCH}.search.split_joined_walls": _unchanged(1)},
     "corner as two walls": {f"{_SEARCH}.model_moves._AT_LAST": ()},
     "other classes": {f"{_ESTIMATE}.reclassified": _unchanged(1)},

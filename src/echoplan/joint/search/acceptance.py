@@ -19,10 +19,6 @@ from echoplan.settings import Settings
 __all__ = ["AcceptanceSettings", "AcceptanceTest"]
 
 
-# Negative log prior of a soft wall with one of five reflection losses: one wall in fifty is soft (a guess) [nats].
-_SOFT_COST = -math.log(0.02 / 5)
-
-
 # Least number of sectors of this size, as seen from its centre, in which a round wall must be detected [rad].
 _SECTORS, _SECTOR = 6, math.radians(15.0)
 
@@ -69,9 +65,7 @@ class AcceptanceTest:
         self._half_aperture = half_aperture
 
     def penalised_llr(self, hypothesis: Hypothesis) -> float:
-        """Return the log-likelihood ratio less the cost of a third parameter: radius or reflection loss [nats]."""
-        if hypothesis.is_wall:
-            return hypothesis.llr - (0.0 if hypothesis.is_hard else _SOFT_COST)
+        """Return the log-likelihood ratio less the cost of a radius [nats]."""
         return hypothesis.llr - (self.settings.radius_cost if hypothesis.type.has_radius else 0.0)
 
     def is_accepted(self, hypothesis: Hypothesis, log_densities: FloatArray) -> bool:

@@ -35,8 +35,6 @@ _OPEN, _UNEXPLAINED = math.log(30.0), math.log(20.0)
 _SURE_STATIONS = 3
 # Walls nearer to each other than this are the same.
 _SAME_WALL = DuplicateSettings(angle_gate=0.035, normal_distance_gate=0.012, gap_gate=0.05)
-# Reflection losses of soft walls that are proposed [dB]: they return half to an eighth of the amplitude.
-_LOSSES = (6.0, 9.0, 12.0, 15.0, 18.0)
 # Kinds that have proposals of their own, in this order.
 _PROPOSED = (Kind.WALL, Kind.CORNER, Kind.CYLINDER, Kind.ROUND)
 
@@ -90,8 +88,6 @@ class Search:
         features = self.tested(self._renewed(known))
         for _ in range(self.settings.max_rounds):
             grown = split_joined_walls(self.likelihood, self._grown(features, self._seeded(features)), self.acceptance)
-            # Soft walls explain what nothing harder does.
-            grown = self._grown(grown, self._soft(grown))
             if [each.key for each in grown] == [each.key for each in features]:
                 return grown
             features = grown
@@ -250,15 +246,6 @@ class Search:
         rows = propose_hypotheses(arc_measurements, fresh, self.settings.candidates)
         return rows, log_densities, free
 
-    def _soft(self, features: Sequence[Hypothesis]) -> list[Hypothesis]:
-        """Propose walls that absorb sound; rays are not absorbed."""
-        if self.likelihood.tables.cone:
-            return []
-        rows, log_densities, free = self._proposals(features)
-        walls = rows[rows[:, 0] == Kind.WALL]
-        soft = [np.column_stack([walls[:, :3], np.full(len(walls), loss)]) for loss in _LOSSES]
-        return [each for part in soft for each in self._promising(Kind.WALL, part, log_densities, free)]
-
     def _promising(self, kind: Kind, rows: FloatArray, log_densities: FloatArray, free: IntArray) -> list[Hypothesis]:
         """Screen proposals of one class, refine the best of them on open readings, and keep distinct ones."""
         likelihood, noise = self.likelihood, self.likelihood.noise
@@ -281,7 +268,7 @@ class Search:
         """Return the best proposals on the independent pings, best first."""
         scored = self._rough.score_all([self._rough.score(row) for row in rows], log_densities[self._few], [])
         best = sorted(scored, key=lambda each: each.llr, reverse=True)[: self.settings.max_candidates]
-        return [each.reflector for each in best if each.llr > 2.0 and each.has_credible_loss]
+        return [each.reflector for each in best if each.llr > 2.0]
 
 
 def _others(features: Sequence[Hypothesis], place: int) -> list[Hypothesis]:
