@@ -60,25 +60,25 @@ class Looks(NamedTuple):
     path_xy: FloatArray
     misses: Callable[[Sequence[Wall]], FloatArray]
 
-    def later(self, all_of_them: "Looks") -> "Looks":
-        """Return the looks of the recording after these.
+    def later(self, until_now: "Looks") -> "Looks":
+        """Return the looks of the recording that came after these.
 
         Parameters
         ----------
-        all_of_them : Looks
-            Lines of sight and path of these recordings and the one after them; misses of that one.
+        until_now : Looks
+            Lines of sight and path of all recordings; misses of the last one.
 
         Returns
         -------
         Looks
-            With the lines of sight that begin at none of these stations, and the path after this one.
+            Lines of sight that begin at none of the earlier stations, and the rest of the path.
         """
-        views_xy = all_of_them.views_xy
+        views_xy = until_now.views_xy
         is_earlier = (views_xy[:, None, 0] == self.views_xy[None, :, 0]).all(axis=-1).any(axis=1)
-        return all_of_them._replace(views_xy=views_xy[~is_earlier], path_xy=all_of_them.path_xy[len(self.path_xy) :])
+        return until_now._replace(views_xy=views_xy[~is_earlier], path_xy=until_now.path_xy[len(self.path_xy) :])
 
     def passed(self, shapes: _Shapes) -> FloatArray:
-        """Return how surely shapes were not there: 1 if the robot drove through, or looked through twice.
+        """Return how surely shapes were absent: 1 if the robot drove through, or two lines of sight lead through.
 
         Parameters
         ----------
@@ -88,7 +88,7 @@ class Looks(NamedTuple):
         Returns
         -------
         ndarray, shape (n,)
-            At least 1 if it was surely not there.
+            From 1 on, it counts as absent.
         """
         steps = np.stack([self.path_xy[:-1], self.path_xy[1:]], axis=1)
         steps = steps[np.isfinite(steps).all(axis=(1, 2))]

@@ -102,7 +102,7 @@ class LocalMapper:
         prior = self.prior()
         if prior is None:
             return np.zeros((0, 2, 2)), np.zeros((0, 2))
-        path_xy = prior.path_xy[: len(prior.path_xy) * self._several.settings.segments.driven]
+        path_xy = prior.path_xy if self._several.settings.segments.driven else np.zeros((0, 2))
         return views_of(prior) + self.origin_xy, path_xy + self.origin_xy
 
     def misses(self, sweeps: Sequence[Sweep]) -> Callable[[Sequence[Wall]], FloatArray]:

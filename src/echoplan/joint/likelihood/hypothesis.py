@@ -131,7 +131,7 @@ class Hypothesis:
         turned = wrap(bearings - middle)
         low, high = float(turned.min()), float(turned.max())
         half = 0.5 * (high - low)
-        # One that was detected from more directions was no single corner, but all of them count.
+        # Detected from more directions, it may be two corners; then all of these directions count.
         return middle + 0.5 * (low + high), max(_RIGHT_ANGLE - half, half)
 
     def supporting(self, least: float) -> int:
