@@ -76,11 +76,6 @@ class Hypothesis:
         return bool(self.reflector[0] == _WALL)
 
     @property
-    def is_hard(self) -> bool:
-        """Whether it reflects all sound, as everything but a soft wall does."""
-        return not (self.is_wall and self.reflector[3])
-
-    @property
     def may_be_soft(self) -> bool:
         """Whether enough stations detected a wall clearly to tell a soft wall from multipath and partial occlusion."""
         return self.is_wall and self.supporting(_CLEAR_STATION_LLR) >= _CLEAR_STATIONS
@@ -88,7 +83,7 @@ class Hypothesis:
     @property
     def has_credible_loss(self) -> bool:
         """Whether it reflects all sound, or enough stations tell that it does not."""
-        return self.is_hard or self.may_be_soft
+        return not (self.is_wall and self.reflector[3]) or self.may_be_soft
 
     @property
     def parameters(self) -> FloatArray:
