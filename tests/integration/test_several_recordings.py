@@ -186,17 +186,29 @@ def test_a_map_without_a_usable_prior_is_refused(
     assert f"prior.npz: {words}" in done.err
 
 
-def test_a_cupboard_that_was_moved_is_reported(tmp_path: Path) -> None:
-    room = Polyline(
-        points_xy=np.array([[0.0, 0.0], [5.0, 0.0], [5.0, 4.0], [1.2, 4.0], [1.2, 3.0], [0.0, 3.0]]), closed=True
-    )
-    positions = [[1.6, 0.7], [3.2, 1.2], [4.4, 0.6], [4.3, 2.5], [3.6, 3.4], [2.4, 3.2], [1.7, 2.7], [0.7, 1.6]]
-    poses = np.array([[x, y, 0.5 * number] for number, (x, y) in enumerate([*positions, [1.9, 0.5], [3.4, 1.5]])])
+# A room with a recess, two places of a cupboard in it, and where the robot stands on two days.
+ROOM = Polyline(points_xy=np.array([[0, 0], [5, 0], [5, 4], [1.2, 4], [1.2, 3], [0.0, 3.0]]), closed=True)
+IN_THE_OPEN = ([1.4, 1.4], [3.0, 2.2])
+AROUND = [[1.6, 0.7], [3.2, 1.2], [4.4, 0.6], [4.3, 2.5], [3.6, 3.4], [2.4, 3.2], [1.7, 2.7], [0.7, 1.6]]
+AROUND += [[1.9, 0.5], [3.4, 1.5]]
+# Its front is part of the line of another wall, and many stations detect it on the first day.
+IN_LINE = ([2.0, 3.0], [3.2, 0.6])
+BEFORE = [[0.6, 0.7], [1.5, 1.0], [2.3, 0.8], [2.4, 1.6], [2.2, 2.3], [2.6, 2.4], [3.4, 2.2], [4.3, 2.6], [3.4, 3.4]]
+BEFORE += [[4.2, 1.2], [1.0, 2.2]]
+AFTER = [[0.7, 0.8], [1.4, 1.1], [2.25, 1.5], [2.5, 2.2], [3.4, 2.6], [4.3, 2.5], [4.4, 3.4], [1.0, 2.1]]
+
+
+@pytest.mark.parametrize(
+    ("places", "routes"), [(IN_THE_OPEN, (AROUND, AROUND)), (IN_LINE, (BEFORE, AFTER))], ids=["in the open", "in line"]
+)
+def test_a_cupboard_that_was_moved_is_reported(
+    tmp_path: Path, places: tuple[list[float], list[float]], routes: tuple[list[list[float]], list[list[float]]]
+) -> None:
     shape, folders = np.array([[0.0, 0.0], [0.8, 0.0], [0.8, 0.5], [0.0, 0.5]]), []
-    cupboards = [shape + np.array(place) for place in ((1.4, 1.4), (3.0, 2.2))]
-    for day, cupboard in enumerate(cupboards):
-        world = World(name="room", polylines=(room, Polyline(points_xy=cupboard, closed=True)))
-        rig = builtin_rig("rotary-array")
+    cupboards = [shape + place for place in places]
+    for day, (cupboard, route) in enumerate(zip(cupboards, routes, strict=True)):
+        world = World(name="room", polylines=(ROOM, Polyline(points_xy=cupboard, closed=True)))
+        rig, poses = builtin_rig("rotary-array"), np.array([[*place, 0.5 * turn] for turn, place in enumerate(route)])
         drive = Simulation(world=world, rig=rig, route=Route(map_from_base=poses), seed=day)
         folders.append(written(tmp_path / f"day{day}", list(drive), rig=rig, away=day * AWAY))
     succeed("map", folders[0], "--out", tmp_path / "before")

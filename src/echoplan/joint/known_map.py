@@ -8,7 +8,7 @@ from scipy.linalg import block_diag
 
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import FloatArray
-from echoplan.geometry import directions
+from echoplan.geometry import directions, wrap
 from echoplan.joint.landmarks import LANDMARKS
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.ping_scores import NO_PING_SCORES
@@ -33,6 +33,9 @@ _MIN_SIGMA = 1e-4
 _PERSISTENT_LLR = 36.0
 # Log-likelihood ratio of a wall at the foot of a station from which the station detected it [nats].
 _CLEAR_LLR = 5.0
+# Angle and distance between the line of a landmark and a wall that is part of it [rad, m], and how far past the ends of
+# a wall specular points may lie, as these ends are uncertain [m].
+_SAME_ANGLE, _SAME_OFFSET, _PAST_END = 0.1, 0.05, 0.1
 # Standard deviations of a first pose that scan matching found [m, m, rad].
 _FIRST_SIGMAS = np.array([0.05, 0.05, np.radians(3.0)])
 
@@ -108,6 +111,37 @@ def resumed(prior: MarginalPrior, pose: FloatArray, settings: SegmentSettings) -
         range_scale=prior.range_scale if prior.model is None else prior.model.range_scale,
         path_xy=np.vstack([prior.path_xy, np.full((1, 2), np.nan)]),
     )
+
+
+def without_walls(prior: MarginalPrior, walls: Sequence[Wall]) -> MarginalPrior:
+    """Return the prior without what was detected of some walls, since these are there no more.
+
+    A landmark of which nothing else was detected is left without evidence, so that the next search removes it.
+    """
+    features = list(prior.features)
+    for wall in walls:
+        features = [_without_piece(each, wall) if _is_part(wall, each) else each for each in features]
+    return replace(prior, features=features)
+
+
+def _is_part(wall: Wall, landmark: Hypothesis) -> bool:
+    """Return True if a wall lies on the line of a landmark."""
+    if not landmark.is_wall:
+        return False
+    turned, away = wrap(wall.normal_angle - landmark.line[0]), wall.offset - landmark.line[1]
+    return bool(abs(turned) < _SAME_ANGLE and abs(away) < _SAME_OFFSET)
+
+
+def _without_piece(landmark: Hypothesis, wall: Wall) -> Hypothesis:
+    """Return a landmark without the evidence about a wall on its line."""
+    history, places = landmark.history, wall.endpoints_xy @ directions(landmark.line[0] + np.pi / 2)
+    low, high = places.min() - _PAST_END, places.max() + _PAST_END
+    line = history.line.chosen((history.line.feet < low) | (history.line.feet > high))
+    feet = history.feet[(history.feet < low) | (history.feet > high)]
+    history = replace(history, line=line, feet=feet)
+    if not (line.log_ratios[:, :, 0] > 0.0).all(axis=1).any():
+        history = replace(history, llr=0.0, best_llr=0.0, supporting=0)
+    return replace(landmark, llr=history.llr, history=history)
 
 
 def views_of(prior: MarginalPrior) -> FloatArray:

@@ -7,9 +7,9 @@ explains and what it should have returned. The estimator then goes on from the l
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -146,7 +146,7 @@ class _Track(NamedTuple):
     weight: float = 1.0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class _Search:
     """What poses are searched with: scans of the stations, map, grid of poses and prior of odometry."""
 
@@ -155,6 +155,11 @@ class _Search:
     grid: FloatArray
     priors: PosePrior
     settings: EstimateSettings
+
+    @cached_property
+    def perfect(self) -> FloatArray:
+        """Scores of perfect matches, shape (s,) [nats]."""
+        return np.array([best_score(each, self.settings.localisation) for each in self.scans])
 
     def begun(self, station: int, start: FloatArray | None = None) -> list[_Track]:
         """Return the poses at which a station fits, near a start or anywhere, the best first; there may be none."""
@@ -168,22 +173,37 @@ class _Search:
 
     def continued(self, tracks: Sequence[_Track], station: int) -> list[_Track]:
         """Register the next station on all tracks, at least one, and give up those far worse than the best one."""
-        grown = [self._continued(each, station) for each in tracks]
+        grown = [after for each in tracks for after in self._continued(each, station)]
         totals = np.array([each.scores.sum() for each in grown])
         kept = apart(np.array([each.poses[-1] for each in grown]), totals, most=_MAX_TRACKS)
         return [grown[each] for each in kept if totals[each] >= totals.max() - _MAX_SCORE_LOSS]
 
-    def _continued(self, track: _Track, station: int) -> _Track:
+    def _continued(self, track: _Track, station: int) -> Iterator[_Track]:
+        """Register the next station where odometry leads from the last one, and from the last one that fits.
+
+        The farther it may be from there, the less probable is each place.
+        """
         poses = np.concatenate([np.zeros((track.first, 3)), track.poses])
-        guess, sigmas = dead_reckoned(self.priors.measured_poses, poses, station), 1.3 * self.priors.reaches[station]
-        pose, score = locate(self.scans[station], self.landmark_map, guess, sigmas, self.settings.localisation)
-        return _Track(track.first, np.append(track.poses, [pose], axis=0), np.append(track.scores, score))
+        guess, near = dead_reckoned(self.priors.measured_poses, poses, station), self.priors.reaches[station]
+        far = self._reach_of_odometry(track, station)
+        for reach in (near, far) if self.fit(track, last=1) < _MIN_FIT else (near,):
+            pose, score = locate(self.scans[station], self.landmark_map, guess, 1.3 * reach, self.settings.localisation)
+            score -= float(np.log(reach / near).sum())
+            yield _Track(track.first, np.append(track.poses, [pose], axis=0), np.append(track.scores, score))
+
+    def _reach_of_odometry(self, track: _Track, station: int) -> FloatArray:
+        """Return the standard deviations of odometry since the last station that fits [m, m, rad]."""
+        fits = track.scores > _MIN_FIT * self.perfect[track.first : station]
+        after = track.first + 1 + int(np.flatnonzero(fits).max(initial=0))
+        reach: FloatArray = np.sqrt((self.priors.reaches[after : station + 1] ** 2).sum(axis=0))
+        way = np.diff(self.priors.measured_poses[after : station + 1, :2], axis=0)
+        reach[:2] += np.hypot(*way.T).sum() * reach[2]
+        return reach
 
     def fit(self, track: _Track, *, last: int) -> float:
         """Return the share of a perfect score that the ``last`` stations of a track have."""
-        stations = range(track.first + len(track.poses) - last, track.first + len(track.poses))
-        perfect = sum(best_score(self.scans[each], self.settings.localisation) for each in stations)
-        return float(track.scores[-last:].sum()) / max(perfect, 1e-9)
+        stations = slice(track.first + len(track.poses) - last, track.first + len(track.poses))
+        return float(track.scores[-last:].sum() / max(self.perfect[stations].sum(), 1e-9))
 
     def is_elsewhere(self, tracks: Sequence[_Track], *, before: Sequence[_Track] = ()) -> bool:
         """Return True if the last station of ``tracks`` and those after it fit clearly better anywhere else.

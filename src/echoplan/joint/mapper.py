@@ -20,7 +20,7 @@ from echoplan.geometry import directions
 from echoplan.joint.calibration import calibration
 from echoplan.joint.estimate import Estimate
 from echoplan.joint.initial_estimate import initial_estimate
-from echoplan.joint.known_map import resumed
+from echoplan.joint.known_map import resumed, without_walls
 from echoplan.joint.likelihood.hypothesis_scores import missed
 from echoplan.joint.likelihood.ping_scores import score_pings
 from echoplan.joint.map_extraction.openings import openings_of, unobserved_of
@@ -115,6 +115,16 @@ class JointMapper:
         if not self._sweeps and self._marginal_prior.is_empty:
             raise InvalidValueError("add the sweeps of a recording before another one begins")
         self._next_start = pose
+
+    def forget(self, walls: Sequence[Wall]) -> None:
+        """Forget what earlier recordings detected of some walls, since these are there no more.
+
+        Parameters
+        ----------
+        walls : sequence of Wall
+            Walls of the map, or pieces of them.
+        """
+        self._marginal_prior, self._solved = without_walls(self._marginal_prior, walls), None
 
     def result(self) -> FeatureMap:
         """Estimate the map from all sweeps so far.

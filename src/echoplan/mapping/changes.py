@@ -17,11 +17,11 @@ import shapely
 from numpy.typing import NDArray
 from shapely.ops import substring
 
-from echoplan.arrays import FloatArray
+from echoplan.arrays import BoolArray, FloatArray
 from echoplan.joint.likelihood.hypothesis_scores import STRONGEST_MISS
 from echoplan.model import HALF_OF_95, Changes, Cylinder, FeatureMap, Wall
 
-__all__ = ["Looks", "contradicts", "find_changes"]
+__all__ = ["Looks", "contradicts", "find_changes", "outdated"]
 
 # Shapes of shapely.
 _Shapes: TypeAlias = NDArray[Any]
@@ -37,6 +37,8 @@ _JOINED = 0.1
 # an error, or if three stations miss it entirely [nats], as two may have stood behind something that is not in the map.
 # Shares of these add up.
 _CROSSINGS, _MISSED = 2, -3.0 * STRONGEST_MISS
+# Shares that must add up if a wall is in the new map, as all recordings together speak for it.
+_SURELY = 1.5
 # Errors of rounding are smaller [m].
 _EXACT = 1e-3
 # What a view must extend beyond a piece on both sides, so that the robot surely measured through it [m].
@@ -142,6 +144,26 @@ def find_changes(before: FeatureMap, after: FeatureMap, *, earlier: Looks, later
     )
 
 
+def outdated(before: FeatureMap, *, earlier: Looks, later: Looks) -> list[Wall]:
+    """Return the walls of an earlier map that are there no more, although the evidence of all recordings is for them.
+
+    Earlier stations detected them and later ones did not, and these looked through the body that the walls make, or
+    missed it, half as often again as is enough for walls that are not in the new map.
+    """
+    pieces = [
+        replace(wall, endpoints_xy=shapely.get_coordinates(certain))
+        for wall, certain in zip(before.walls, _certain(before.walls), strict=True)
+        if certain.length > 0.0
+    ]
+    lines = _lines(pieces)
+    old, new = (_ends_at(looks, lines) for looks in (earlier, later))
+    gone = [piece for piece, was, is_there in zip(pieces, old, new, strict=True) if was and not is_there]
+    bodies = _bodies(_lines(gone))
+    missed = later.misses(gone) / _MISSED
+    looked = later.passed(bodies) + np.array([missed[shapely.intersects(_lines(gone), each)].sum() for each in bodies])
+    return [piece for piece, enough in zip(gone, looked >= _SURELY, strict=True) if enough]
+
+
 def _absent(pieces: Sequence[Wall], looks: Looks) -> tuple[FloatArray, ...]:
     """Return the endpoints of those pieces of walls that were not there when stations looked at their places."""
     is_absent = looks.passed(_bodies(_lines(pieces))) + looks.misses(pieces) / _MISSED >= 1.0
@@ -170,21 +192,31 @@ def _pieces(there: FeatureMap, other: FeatureMap, *, looks: Looks) -> list[Wall]
     are those of the recordings of the first map: a place that no station detected is part of a wall only because
     nothing speaks against it.
     """
-    feet = shapely.STRtree(shapely.points(looks.views_xy[:, 1]))
     known = shapely.union_all(shapely.buffer(_lines(other.walls), _SAME))
     detected = np.array([_without_ends(each, each.inferred) for each in there.walls], dtype=object)
-    certain = np.array([_without_ends(each, _uncertain(each)) for each in there.walls], dtype=object)
+    certain = _certain(there.walls)
     pieces, owners = shapely.get_parts(shapely.difference(detected, known), return_index=True)
     overlaps = shapely.length(shapely.intersection(shapely.buffer(pieces, _EXACT), certain[owners]))
     pieces, owners = pieces[overlaps >= _SAME], owners[overlaps >= _SAME]
-    is_detected = np.isin(np.arange(len(pieces)), feet.query(pieces, predicate="dwithin", distance=_SAME)[0])
     is_long = shapely.length(pieces) >= _SHORTEST
     is_apart = ~shapely.intersects(known, _lines(there.walls))[owners]
     return [
         replace(there.walls[owner], endpoints_xy=shapely.get_coordinates(piece))
-        for piece, owner, counts in zip(pieces, owners, is_detected & (is_long | is_apart), strict=True)
+        for piece, owner, counts in zip(pieces, owners, _ends_at(looks, pieces) & (is_long | is_apart), strict=True)
         if counts
     ]
+
+
+def _ends_at(looks: Looks, lines: _Shapes) -> BoolArray:
+    """Return for each line whether a station detected a wall there."""
+    feet = shapely.STRtree(shapely.points(looks.views_xy[:, 1]))
+    found: BoolArray = np.isin(np.arange(len(lines)), feet.query(lines, predicate="dwithin", distance=_SAME)[0])
+    return found
+
+
+def _certain(walls: Iterable[Wall]) -> _Shapes:
+    """Return the parts of walls that are wall wherever their ends may be."""
+    return np.array([_without_ends(each, _uncertain(each)) for each in walls], dtype=object)
 
 
 def _without_ends(wall: Wall, lengths: FloatArray) -> shapely.LineString:

@@ -17,7 +17,7 @@ from echoplan.geometry import compose, invert
 from echoplan.joint.localisation import localise
 from echoplan.joint.mapper import JointSettings
 from echoplan.joint.settings import PoseMode
-from echoplan.mapping.changes import Looks, contradicts, find_changes
+from echoplan.mapping.changes import Looks, contradicts, find_changes, outdated
 from echoplan.mapping.progress import Progress
 from echoplan.mapping.start import StartingMap, read_start, sensors_of
 from echoplan.methods import LocalMapper, map_sweeps
@@ -179,6 +179,9 @@ def map_recordings(
         placed = _at_poses(cleaned[count:], found)
         later = earlier.later(Looks(*mapper.looks(), mapper.misses(placed)))
         _check_fit(name, before, later, off=math.dist(placed[0].station[:2], start[:2]))
+        if gone := outdated(before, earlier=earlier, later=later):
+            mapper.forget(gone)
+            found = mapper.result()
         changed = find_changes(before, found, earlier=earlier, later=later)
         changes.append(replace(changed, recording=name, first_sweep=moved[0].index))
     assert found is not None
@@ -317,7 +320,10 @@ def _start(name: str, sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig) -
                 problem = f"from sweep {fitting.first} on it fits the map elsewhere than its poses say"
                 raise InputError(name, problem, remedy="cut it there into two recordings, or map it alone")
             if lost <= _LOST and not fitting.is_ambiguous:
-                return compose(found.poses[lost], invert(compose(invert(sweeps[0].station), sweeps[lost].station)))
+                recorded = compose(found.poses[lost], compose(invert(sweeps[lost].station), sweeps[0].station))
+                # The first sweeps may fit the map near the place that odometry states, if not exactly there.
+                again = _located(first, known=known, rig=rig, start=recorded) if lost else found
+                return recorded if again is None else again.poses[0]
     problem = "it begins where the map so far shows too little, or in one of several places that look alike"
     raise InputError(name, problem, remedy="begin each recording where another one was, or map it alone")
 

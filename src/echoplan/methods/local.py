@@ -105,6 +105,21 @@ class LocalMapper:
         path_xy = prior.path_xy if self._several.settings.segments.driven else np.zeros((0, 2))
         return views_of(prior) + self.origin_xy, path_xy + self.origin_xy
 
+    def forget(self, walls: Sequence[Wall]) -> None:
+        """Forget what earlier recordings detected of some walls, since these are there no more.
+
+        Parameters
+        ----------
+        walls : sequence of Wall
+            Walls of the map, or pieces of them.
+
+        Raises
+        ------
+        InvalidValueError
+            If the mapper maps one recording only.
+        """
+        self._several.forget([translated_wall(each, -self.origin_xy) for each in walls])
+
     def misses(self, sweeps: Sequence[Sweep]) -> Callable[[Sequence[Wall]], FloatArray]:
         """Return how probable it is that some sweeps do not detect walls.
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from echoplan.acoustics.predicted_echo import Kind
-from echoplan.joint.known_map import known_landmarks, prior_of_map, resumed, views_of
+from echoplan.joint.known_map import known_landmarks, prior_of_map, resumed, views_of, without_walls
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.ping_scores import NO_PING_SCORES
 from echoplan.joint.likelihood.track_history import LineEvidence, TrackHistory
@@ -200,3 +200,29 @@ def test_lines_of_sight_end_at_the_walls_that_they_detected() -> None:
     assert np.allclose(views[:, 1, 0], 2.0)
     assert np.allclose(views[:, 0, 1], views[:, 1, 1])
     assert len(views) == 21
+
+
+@pytest.mark.parametrize(
+    ("ends", "left", "llr"),
+    [
+        # One of two walls on the line, both, one on another line, and one behind it.
+        (([2.0, 0.0], [2.0, 0.7]), [(1.5, 2.0)], 900.0),
+        (([2.0, 0.0], [2.0, 2.0]), [], 0.0),
+        (([2.1, 0.0], [2.1, 2.0]), [(0.0, 0.7), (1.5, 2.0)], 900.0),
+        (([2.0, 2.0], [2.0, 0.0]), [(0.0, 0.7), (1.5, 2.0)], 900.0),
+    ],
+)
+def test_what_was_detected_of_a_wall_can_be_forgotten(
+    ends: tuple[list[float], list[float]], left: list[tuple[float, float]], llr: float
+) -> None:
+    landmark = line((0.0, 2.0), walls=((0.0, 0.7), (1.5, 2.0)), number=1)
+    landmark = replace(landmark, history=replace(landmark.history, feet=np.array([0.1, 0.6, 1.6, 1.9])))
+    prior = replace(whole_prior(), features=[landmark, *whole_prior().features])
+    after, *others = without_walls(prior, [maps.wall(*ends)]).features
+    assert (after.llr, after.history.llr) == (llr, llr)
+    detected = after.history.line.feet[after.history.line.log_ratios[:, 0, 0] > 0.0]
+    for places in (detected, after.history.feet):
+        within = np.array([(low <= places) & (places <= high) for low, high in left]).reshape(len(left), len(places))
+        assert within.any(axis=0).all()
+        assert within.any(axis=1).all()
+    assert [each.reflector.tolist() for each in others] == [each.reflector.tolist() for each in whole_prior().features]

@@ -196,6 +196,22 @@ def test_odometry_carries_over_a_sweep_without_echoes(sweeps: list[Sweep]) -> No
     assert sigmas[2] > 2.0 * np.delete(sigmas, 2).max()
 
 
+def turned(sweeps: Sequence[Sweep], by: float, *, at: int) -> list[Sweep]:
+    """The sweeps by odometry that measured a wrong heading at one of them."""
+    place = sweeps[at].station
+    error = compose(compose(place, [0.0, 0.0, by]), invert(place))
+    moved = [replace(sweep, map_from_base=compose(error, sweep.map_from_base)) for sweep in sweeps[at:]]
+    return [*sweeps[:at], *moved]
+
+
+def test_errors_of_odometry_add_up_where_a_sweep_has_no_echoes(sweeps: list[Sweep]) -> None:
+    # Each error alone is within what a single step may be off.
+    drifting = turned(turned(sweeps, 0.13, at=2), 0.13, at=3)
+    found = localise([deaf(sweep) if sweep.index == 2 else sweep for sweep in drifting], ROOM, rig=RIG)
+    assert found.kidnapped == ()
+    assert distances(found, POSES).max() < 0.02
+
+
 def test_a_recording_that_begins_without_echoes_needs_a_start(sweeps: list[Sweep]) -> None:
     late = [deaf(sweeps[0]), *sweeps[1:]]
     with pytest.raises(InvalidValueError, match="fit the map nowhere"):

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from echoplan.arrays import FloatArray
 from echoplan.geometry import lines_through
-from echoplan.mapping.changes import Looks, contradicts, find_changes
+from echoplan.mapping.changes import Looks, contradicts, find_changes, outdated
 from echoplan.model import Changes, Cylinder, FeatureMap, Wall
 
 # Views from stations in the west to the wall in the east, of an earlier and a later recording; what stands in them.
@@ -207,6 +207,65 @@ def test_views_through_one_side_of_a_body_count_for_all_its_sides() -> None:
     front, side = [[2.0, -0.05], [2.0, 0.3]], [[2.0, 0.3], [2.3, 0.3]]
     assert len(changes(room(EAST), room(EAST, front, side)).new_walls) == 2
     assert not changes(room(EAST), room(EAST, side))
+
+
+THIRD = np.array([[[0.0, 0.1], [4.0, 0.1]]])
+THROUGH_THREE_TIMES = np.concatenate([LATER, THIRD])
+
+
+def out_of_date(
+    before: FeatureMap, *, later: FloatArray, detected: FeatureMap, misses: float = 0.0
+) -> list[FloatArray]:
+    """The walls of a map that are there no more, of which later stations detect some."""
+    earlier = looks(before, VIEW, path=NOWHERE, misses=0.0)
+    found = outdated(before, earlier=earlier, later=looks(detected, later, path=NOWHERE, misses=misses))
+    return [each.endpoints_xy for each in found]
+
+
+@pytest.mark.parametrize(
+    ("later", "misses", "is_out_of_date"),
+    [
+        (LATER, 0.0, False),
+        (THROUGH_THREE_TIMES, 0.0, True),
+        (LATER, -17.0, False),
+        (LATER, -18.0, True),
+        (LATER[:0], -53.0, False),
+        (LATER[:0], -54.0, True),
+    ],
+)
+def test_what_all_recordings_speak_for_is_out_of_date_if_more_speaks_against_it(
+    later: FloatArray, misses: float, *, is_out_of_date: bool
+) -> None:
+    found = out_of_date(room(EAST, BOX), later=later, detected=room(EAST), misses=misses)
+    assert np.array_equal(found, [BOX] if is_out_of_date else [])
+
+
+def test_what_a_later_station_detects_is_never_out_of_date() -> None:
+    assert not out_of_date(room(EAST, BOX), later=THROUGH_THREE_TIMES, detected=room(EAST, BOX))
+
+
+def test_what_no_earlier_station_detected_is_never_out_of_date() -> None:
+    before = room(EAST, BOX)
+    earlier, later = (looks(room(EAST), each, path=NOWHERE, misses=0.0) for each in (VIEW, THROUGH_THREE_TIMES))
+    assert not outdated(before, earlier=earlier, later=later)
+
+
+def test_an_end_that_was_only_inferred_is_not_out_of_date() -> None:
+    inferred = replace(wall([[2.0, -1.5], [2.0, 0.5]]), inferred=np.array([0.0, 0.6]))
+    before = FeatureMap(method="joint", walls=(wall(EAST), inferred))
+    views = THROUGH_THREE_TIMES + np.array([0.0, 0.2])
+    assert not out_of_date(before, later=views, detected=room(EAST))
+    assert len(out_of_date(before, later=THROUGH_THREE_TIMES - np.array([0.0, 0.3]), detected=room(EAST))) == 1
+
+
+def test_views_through_one_side_of_a_body_make_all_its_sides_out_of_date() -> None:
+    side = [[2.0, -0.5], [2.8, -0.5]]
+    found = out_of_date(room(EAST, BOX, side), later=THROUGH_THREE_TIMES, detected=room(EAST))
+    assert np.array_equal(found, [BOX, side])
+
+
+def test_a_map_without_walls_has_none_out_of_date() -> None:
+    assert not out_of_date(room(), later=LATER[:0], detected=room())
 
 
 def test_the_wall_that_a_view_ends_at_is_not_crossed() -> None:

@@ -11,6 +11,7 @@ from echoplan.joint.localisation import localise
 from echoplan.mapping import map_source
 from echoplan.mapping.recordings import open_recordings
 from echoplan.model import Localisation, Rig, Sweep
+from echoplan.simulation import SimulationSettings
 from echoplan.sources import open_source
 
 
@@ -71,3 +72,22 @@ def test_a_recording_whose_first_pose_is_far_from_where_it_was_located_is_refuse
         InputError, match=r"its first pose in the map is 0\.15 m from where it was located; begin it where"
     ):
         map_source(recordings)
+
+
+@pytest.mark.parametrize("seed", [3, 6])
+def test_the_first_sweep_is_located_although_only_later_ones_fit_without_a_guess(
+    monkeypatch: pytest.MonkeyPatch, seed: int
+) -> None:
+    drift = SimulationSettings.model_validate({"odometry": {"along": 0.05, "yaw_per_metre": 0.08}})
+    true, drifting = (open_source(f"sim:paper-room,seed={seed}", simulation=each) for each in (None, drift))
+
+    def from_the_fourth_on(*words: object, **options: object) -> Localisation:
+        monkeypatch.setattr("echoplan.mapping.recordings.localise", localise)
+        found = localise(*words, **options)  # type: ignore[arg-type]
+        return replace(found, segments=(replace(found.segments[-1], first=int(found.sweeps[3])),))
+
+    monkeypatch.setattr("echoplan.mapping.recordings.localise", from_the_fourth_on)
+    found = map_source([open_source("sim:paper-room,seed=1"), drifting]).feature_map
+    first = next(iter(true)).station
+    assert not found.changes[0]
+    assert np.hypot(*(found.poses[-len(true)] - first)[:2]) < 0.003
