@@ -320,12 +320,17 @@ def _start(name: str, sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig) -
                 problem = f"from sweep {fitting.first} on it fits the map elsewhere than its poses say"
                 raise InputError(name, problem, remedy="cut it there into two recordings, or map it alone")
             if lost <= _LOST and not fitting.is_ambiguous:
-                recorded = compose(found.poses[lost], compose(invert(sweeps[lost].station), sweeps[0].station))
-                # The first sweeps may fit the map near the place that odometry states, if not exactly there.
-                again = _located(first, known=known, rig=rig, start=recorded) if lost else found
-                return recorded if again is None else again.poses[0]
+                return _before(found, first, fitting=lost, known=known, rig=rig)
     problem = "it begins where the map so far shows too little, or in one of several places that look alike"
     raise InputError(name, problem, remedy="begin each recording where another one was, or map it alone")
+
+
+def _before(found: Localisation, sweeps: Sequence[Sweep], *, fitting: int, known: FeatureMap, rig: Rig) -> FloatArray:
+    """Return the pose of the first sweep, of which the one with number ``fitting`` is the first that fits the map."""
+    recorded = compose(found.poses[fitting], compose(invert(sweeps[fitting].station), sweeps[0].station))
+    # With this guess the sweeps before it may fit, too.
+    again = _located(sweeps, known=known, rig=rig, start=recorded) if fitting else None
+    return recorded if again is None else again.poses[0]
 
 
 def _located(sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig, start: FloatArray | None) -> Localisation | None:
