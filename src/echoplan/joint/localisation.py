@@ -44,6 +44,8 @@ _MAX_SCORE_LOSS = 30.0
 _MAX_TRACKS = 120
 # Number of tracks that are optimised, some tenths of a second each, and greatest number of iterations.
 _MAX_OPTIMISED, _ROUNDS = 20, 3
+# Noise of readings with which it begins, as a multiple of theirs: scan matching is right to centimetres.
+_COARSE = 4.0
 # Share of a perfect score below which a robot may have been carried elsewhere, and number of stations from there on by
 # which that is decided.
 _MIN_FIT, _LOOK_AHEAD = 0.25, 5
@@ -264,8 +266,9 @@ def _weighed(tracks: Sequence[_Track], *, estimate: Estimate, feature_map: Featu
     for track in tracks:
         prior = prior_of_map(feature_map, track.poses[0], noise=estimate.first_noise)
         initial = initial_estimate(rig, recorded, measured, estimate.settings, prior)
-        start = replace(initial, poses=track.poses, measurements=at_poses(recorded, measured, track.poses))
-        now = start.rescore(start.noise).alternate(start.noise, start.odometry(), _ROUNDS)
+        now = replace(initial, poses=track.poses, measurements=at_poses(recorded, measured, track.poses))
+        for noise in (_COARSE * initial.noise, initial.noise):
+            now = now.rescore(noise).alternate(noise, initial.odometry(), _ROUNDS)
         log_odds.append(_log_odds(now))
     weights = softmax(log_odds)
     return [tracks[each]._replace(weight=float(weights[each])) for each in np.argsort(-weights)]

@@ -2,10 +2,12 @@
 
 A wall, or a piece of one, is gone if earlier recordings detected it, it is no longer in the map, and the robot looked
 at its place: it measured through it when it detected other walls, it drove through it, or stations that face it clearly
-do not detect it. A wall is new if it is only in the new map, and the earlier recordings looked at its place in the same
-way. Where nobody looked, nothing is reported. What a map inferred is neither gone nor new, and neither is a wall that
-is longer or shorter than before by less than the 95 % interval of its end. For cylinders, only lines of sight and the
-path count; round walls are never reported, as no lines of sight to them are kept.
+do not detect it. A wall that is still in the map, as many earlier stations detected it, is out of date if more of these
+speak against it and no later station detects it. A wall is new if it is only in the new map, and the earlier recordings
+looked at its place in the same way. Where nobody looked, nothing is reported. What a map inferred is neither gone nor
+new, and neither is a wall that is longer or shorter than before by less than the 95 % interval of its end. For
+cylinders, only lines of sight and the path count; round walls are never reported, as no lines of sight to them are
+kept.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -33,8 +35,8 @@ _SAME = 0.05
 _SHORTEST = 0.2
 # Half the distance up to which two pieces are joined [m]: corners of walls may be off by that.
 _JOINED = 0.1
-# A wall is absent if the robot drove through its place, if two lines of sight lead through it, as a single one may be
-# an error, or if three stations miss it entirely [nats], as two may have stood behind something that is not in the map.
+# A wall is absent if the robot drove through its place, if two stations measured through it, as a single one may be
+# wrong, or if three stations miss it entirely [nats], as two may have stood behind something that is not in the map.
 # Shares of these add up.
 _CROSSINGS, _MISSED = 2, -3.0 * STRONGEST_MISS
 # Shares that must add up if a wall is in the new map, as all recordings together speak for it.
@@ -80,7 +82,7 @@ class Looks(NamedTuple):
         return until_now._replace(views_xy=views_xy[~is_earlier], path_xy=until_now.path_xy[len(self.path_xy) :])
 
     def passed(self, shapes: _Shapes) -> FloatArray:
-        """Return how surely shapes were absent: 1 if the robot drove through, or two lines of sight lead through.
+        """Return how surely shapes were absent: 1 if the robot drove through, or two stations looked through.
 
         Parameters
         ----------
@@ -94,7 +96,10 @@ class Looks(NamedTuple):
         """
         steps = np.stack([self.path_xy[:-1], self.path_xy[1:]], axis=1)
         steps = steps[np.isfinite(steps).all(axis=(1, 2))]
-        seen = _trimmed(self.views_xy).query(shapes, predicate="intersects")[0]
+        owners, views = _trimmed(self.views_xy).query(shapes, predicate="intersects")
+        # Two lines of sight of one station share its errors, and may be one echo that two walls explain.
+        stations = np.unique(self.views_xy[:, 0], axis=0, return_inverse=True)[1].reshape(-1)
+        seen = np.unique(np.stack([owners, stations[views]]), axis=1)[0]
         driven = shapely.STRtree(shapely.linestrings(steps)).query(shapes, predicate="intersects")[0]
         passed: FloatArray = np.bincount(seen, minlength=len(shapes)) / _CROSSINGS
         return passed + np.isin(np.arange(len(shapes)), driven)
@@ -145,10 +150,21 @@ def find_changes(before: FeatureMap, after: FeatureMap, *, earlier: Looks, later
 
 
 def outdated(before: FeatureMap, *, earlier: Looks, later: Looks) -> list[Wall]:
-    """Return the walls of an earlier map that are there no more, although the evidence of all recordings is for them.
+    """Return the walls of an earlier map that are there no more, even if all recordings together speak for them.
 
-    Earlier stations detected them and later ones did not, and these looked through the body that the walls make, or
-    missed it, half as often again as is enough for walls that are not in the new map.
+    Parameters
+    ----------
+    before : FeatureMap
+        The earlier map.
+    earlier, later : Looks
+        What the earlier recordings looked at, and the later one.
+
+    Returns
+    -------
+    list of Wall
+        Walls, without what their ends may be off, that earlier stations detected and later ones did not, although these
+        looked at the place of the body that the walls make half as often again as is enough for walls that are not in
+        the new map.
     """
     pieces = [
         replace(wall, endpoints_xy=shapely.get_coordinates(certain))
@@ -177,12 +193,12 @@ def _absent_cylinders(cylinders: Sequence[Cylinder], looks: Looks) -> tuple[Cyli
 
 
 def _trimmed(views: FloatArray) -> shapely.STRtree:
-    """Return lines of sight without their ends."""
+    """Return lines of sight without their ends, None for those that are too short."""
     steps = views[:, 1] - views[:, 0]
     lengths = np.hypot(*steps.T)
     margins = (_BEYOND * steps.T / lengths).T
-    lines = np.stack([views[:, 0] + margins, views[:, 1] - margins], axis=1)[lengths > 2.0 * _BEYOND]
-    return shapely.STRtree(shapely.linestrings(lines))
+    lines = shapely.linestrings(np.stack([views[:, 0] + margins, views[:, 1] - margins], axis=1))
+    return shapely.STRtree(np.where(lengths > 2.0 * _BEYOND, lines, None))
 
 
 def _pieces(there: FeatureMap, other: FeatureMap, *, looks: Looks) -> list[Wall]:

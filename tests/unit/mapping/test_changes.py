@@ -83,6 +83,15 @@ def test_a_single_view_through_a_wall_does_not_make_it_new_or_gone() -> None:
     assert not changes(room(EAST, BOX), room(EAST), later=LATER[:1])
 
 
+def test_two_views_of_one_station_count_once() -> None:
+    twice, between = np.concatenate([LATER[:1], LATER[:1]]), room(EAST, BOX)
+    twice[1, 1, 1] += 0.05
+    # A view that is too short to lead through anything is not one of them.
+    short = np.array([[[3.9, 0.0], [4.0, 0.0]]])
+    assert not changes(between, room(EAST), later=np.concatenate([short, twice]))
+    assert changes(between, room(EAST), later=np.concatenate([short, twice, LATER[1:]])).gone_walls
+
+
 def test_a_wall_where_no_station_detected_it_is_neither_gone_nor_new() -> None:
     maps = room(EAST, BOX), room(EAST)
     nothing = Looks(VIEW, NOWHERE, lambda walls: np.full(len(walls), -99.0))
