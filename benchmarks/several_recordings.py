@@ -7,7 +7,7 @@
    as exact if nothing else than the cupboard is reported, at its former place as gone and at its present place as new;
    parts of it that the robot did not look at again may be missing.
 
-Prints both, and the seeds in which something went wrong.  Seeds 0 to 9, 1000 to 1005 and 3000 to 3109 were used for
+Prints both, and the seeds in which something went wrong.  Seeds 0 to 9, 1000 to 1005 and 3000 to 3149 were used for
 development.
 """
 
