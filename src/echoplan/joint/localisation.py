@@ -44,7 +44,7 @@ _MAX_SCORE_LOSS = 30.0
 _MAX_TRACKS = 120
 # Number of tracks that are optimised, some tenths of a second each, and greatest number of iterations.
 _MAX_OPTIMISED, _ROUNDS = 20, 3
-# Noise of readings with which it begins, as a multiple of theirs: scan matching is right to centimetres.
+# Optimisation begins with this multiple of the noise of the readings, as scan matching errs by centimetres.
 _COARSE = 4.0
 # Share of a perfect score below which a robot may have been carried elsewhere, and number of stations from there on by
 # which that is decided.

@@ -2,10 +2,10 @@
 
 A wall, or a piece of one, is gone if earlier recordings detected it, it is no longer in the map, and the robot looked
 at its place: it measured through it when it detected other walls, it drove through it, or stations that face it clearly
-do not detect it. A wall that is still in the map, as many earlier stations detected it, is out of date if more of these
-speak against it and no later station detects it. A wall is new if it is only in the new map, and the earlier recordings
-looked at its place in the same way. Where nobody looked, nothing is reported. What a map inferred is neither gone nor
-new, and neither is a wall that is longer or shorter than before by less than the 95 % interval of its end. For
+do not detect it. A wall that many earlier stations detected may still be in the map: it is out of date if no later
+station detects it, and more of them looked at its place. A wall is new if it is only in the new map, and the earlier
+recordings looked at its place in the same way. Where nobody looked, nothing is reported. What a map inferred is neither
+gone nor new, and neither is a wall that is longer or shorter than before by less than the 95 % interval of its end. For
 cylinders, only lines of sight and the path count; round walls are never reported, as no lines of sight to them are
 kept.
 """
@@ -39,7 +39,7 @@ _JOINED = 0.1
 # wrong, or if three stations miss it entirely [nats], as two may have stood behind something that is not in the map.
 # Shares of these add up.
 _CROSSINGS, _MISSED = 2, -3.0 * STRONGEST_MISS
-# Shares that must add up if a wall is in the new map, as all recordings together speak for it.
+# Sum of shares from which a wall that is still in the new map is out of date: all recordings together speak for it.
 _SURELY = 1.5
 # Errors of rounding are smaller [m].
 _EXACT = 1e-3
@@ -162,9 +162,8 @@ def outdated(before: FeatureMap, *, earlier: Looks, later: Looks) -> list[Wall]:
     Returns
     -------
     list of Wall
-        Walls, without what their ends may be off, that earlier stations detected and later ones did not, although these
-        looked at the place of the body that the walls make half as often again as is enough for walls that are not in
-        the new map.
+        Walls, without their uncertain ends, that earlier stations detected and later ones did not. Together with the
+        walls that they are joined to, they need half as many looks again as walls that are not in the new map.
     """
     pieces = [
         replace(wall, endpoints_xy=shapely.get_coordinates(certain))
@@ -174,9 +173,9 @@ def outdated(before: FeatureMap, *, earlier: Looks, later: Looks) -> list[Wall]:
     lines = _lines(pieces)
     old, new = (_ends_at(looks, lines) for looks in (earlier, later))
     gone = [piece for piece, was, is_there in zip(pieces, old, new, strict=True) if was and not is_there]
-    bodies = _bodies(_lines(gone))
-    missed = later.misses(gone) / _MISSED
-    looked = later.passed(bodies) + np.array([missed[shapely.intersects(_lines(gone), each)].sum() for each in bodies])
+    lines, missed = _lines(gone), later.misses(gone) / _MISSED
+    bodies = _bodies(lines)
+    looked = later.passed(bodies) + np.array([missed[shapely.intersects(lines, each)].sum() for each in bodies])
     return [piece for piece, enough in zip(gone, looked >= _SURELY, strict=True) if enough]
 
 

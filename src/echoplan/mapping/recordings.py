@@ -320,13 +320,15 @@ def _start(name: str, sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig) -
                 problem = f"from sweep {fitting.first} on it fits the map elsewhere than its poses say"
                 raise InputError(name, problem, remedy="cut it there into two recordings, or map it alone")
             if lost <= _LOST and not fitting.is_ambiguous:
-                return _before(found, first, fitting=lost, known=known, rig=rig)
+                return _first_pose(found, first, fitting=lost, known=known, rig=rig)
     problem = "it begins where the map so far shows too little, or in one of several places that look alike"
     raise InputError(name, problem, remedy="begin each recording where another one was, or map it alone")
 
 
-def _before(found: Localisation, sweeps: Sequence[Sweep], *, fitting: int, known: FeatureMap, rig: Rig) -> FloatArray:
-    """Return the pose of the first sweep, of which the one with number ``fitting`` is the first that fits the map."""
+def _first_pose(
+    found: Localisation, sweeps: Sequence[Sweep], *, fitting: int, known: FeatureMap, rig: Rig
+) -> FloatArray:
+    """Return the pose of the first sweep; ``fitting`` is the index of the first one that fits without a guess."""
     recorded = compose(found.poses[fitting], compose(invert(sweeps[fitting].station), sweeps[0].station))
     # With this guess the sweeps before it may fit, too.
     again = _located(sweeps, known=known, rig=rig, start=recorded) if fitting else None
