@@ -9,10 +9,11 @@ explains and what it should have returned. The estimator then goes on from the l
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.special import softmax
 
 from echoplan.arrays import FloatArray, IntArray
@@ -38,17 +39,17 @@ __all__ = ["localise"]
 
 # Standard deviations of a start that the user gives [m, m, rad].
 _START_SIGMAS = np.array([0.1, 0.1, math.radians(10.0)])
-# Score below that of the best track at which a track is given up [nats].
-_MAX_SCORE_LOSS = 30.0
+# Log odds below those of the best track at which a track is given up [nats].
+_MAX_LOSS = 30.0
 # Number of tracks that are followed.
 _MAX_TRACKS = 120
 # Number of tracks that are optimised, some tenths of a second each, and greatest number of iterations.
 _MAX_OPTIMISED, _ROUNDS = 20, 3
 # Optimisation begins with this multiple of the noise of the readings, as scan matching errs by centimetres.
 _COARSE = 4.0
-# Share of a perfect score below which a robot may have been carried elsewhere, and number of stations from there on by
-# which that is decided.
-_MIN_FIT, _LOOK_AHEAD = 0.25, 5
+# Share of a perfect score that echoes of another place may reach by chance: a station that has less is likelier outside
+# of the map, where nothing was mapped.
+_MIN_FIT = 0.25
 
 
 def localise(
@@ -140,12 +141,32 @@ def _initial(sweeps: Sequence[Sweep], rig: Rig, *, settings: EstimateSettings) -
 
 
 class _Track(NamedTuple):
-    """Poses of the stations from ``first`` on, shape (k, 3) [m, m, rad], their scores, shape (k,) [nats], a weight."""
+    """Poses of the stations from ``first`` on, and how likely they are.
+
+    Attributes
+    ----------
+    first : int
+        Number of its first station.
+    poses : ndarray, shape (k, 3)
+        Poses [m, m, rad].
+    log_odds : ndarray, shape (k,)
+        Of each station, that it is there and not outside of the map, where they are 0 [nats].
+    before : tuple of _Track
+        Tracks, the best first, of which the robot was carried elsewhere; none if it was not.
+    weight : float
+        Probability among the tracks from the same station on.
+    """
 
     first: int
     poses: FloatArray
-    scores: FloatArray
+    log_odds: FloatArray
+    before: "tuple[_Track, ...]" = ()
     weight: float = 1.0
+
+    @property
+    def total(self) -> float:
+        """Log odds of all stations [nats]."""
+        return float(self.log_odds.sum())
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -158,11 +179,6 @@ class _Search:
     priors: PosePrior
     settings: EstimateSettings
 
-    @cached_property
-    def perfect(self) -> FloatArray:
-        """Scores of perfect matches, shape (s,) [nats]."""
-        return np.array([best_score(each, self.settings.localisation) for each in self.scans])
-
     def begun(self, station: int, start: FloatArray | None = None) -> list[_Track]:
         """Return the poses at which a station fits, near a start or anywhere, the best first; there may be none."""
         scan, settings = self.scans[station], self.settings.localisation
@@ -171,62 +187,59 @@ class _Search:
         else:
             pose, score = locate(scan, self.landmark_map, start, _START_SIGMAS, settings)
             poses, scores = pose[None], np.array([score])
-        return [_Track(station, pose[None], score[None]) for pose, score in zip(poses, scores, strict=True)]
+        log_odds = self._log_odds(scores, station)
+        return [_Track(station, pose[None], each[None]) for pose, each in zip(poses, log_odds, strict=True)]
+
+    def elsewhere(self, tracks: Sequence[_Track], station: int) -> list[_Track]:
+        """Return the tracks of a robot that was carried anywhere before a station; ``tracks`` lead to there.
+
+        Any pose of the grid may be the next one, which costs the logarithm of their number.
+        """
+        return [
+            each._replace(
+                log_odds=each.log_odds + tracks[0].total - math.log(len(self.grid)) - VERY_STRONG, before=tuple(tracks)
+            )
+            for each in self.begun(station)
+        ]
 
     def continued(self, tracks: Sequence[_Track], station: int) -> list[_Track]:
         """Register the next station on all tracks, at least one, and give up those far worse than the best one."""
-        grown = [after for each in tracks for after in self._continued(each, station)]
-        totals = np.array([each.scores.sum() for each in grown])
-        kept = apart(np.array([each.poses[-1] for each in grown]), totals, most=_MAX_TRACKS)
-        return [grown[each] for each in kept if totals[each] >= totals.max() - _MAX_SCORE_LOSS]
+        return _best([after for each in tracks for after in self._continued(each, station)])
 
     def _continued(self, track: _Track, station: int) -> Iterator[_Track]:
-        """Register the next station where odometry leads from the last one, and from the last one that fits.
+        """Register the next station where odometry leads from the last one that fits, and take it to be outside.
 
         The farther it may be from there, the less probable is each place.
         """
         poses = np.concatenate([np.zeros((track.first, 3)), track.poses])
         guess, near = dead_reckoned(self.priors.measured_poses, poses, station), self.priors.reaches[station]
-        far = self._reach_of_odometry(track, station)
-        for reach in (near, far) if self.fit(track, last=1) < _MIN_FIT else (near,):
-            pose, score = locate(self.scans[station], self.landmark_map, guess, 1.3 * reach, self.settings.localisation)
-            score -= float(np.log(reach / near).sum())
-            yield _Track(track.first, np.append(track.poses, [pose], axis=0), np.append(track.scores, score))
+        reach = self._reach_of_odometry(track, station)
+        pose, score = locate(self.scans[station], self.landmark_map, guess, 1.3 * reach, self.settings.localisation)
+        log_odds = float(self._log_odds(score - np.log(reach / near).sum(), station))
+        # If it fits, it is not outside.
+        for place, gain in ((pose, log_odds), (guess, 0.0)) if log_odds < 0.0 else ((pose, log_odds),):
+            yield track._replace(
+                poses=np.append(track.poses, [place], axis=0), log_odds=np.append(track.log_odds, gain)
+            )
+
+    def _log_odds(self, scores: ArrayLike, station: int) -> FloatArray:
+        """Return the log odds that a station is in the map where it has these scores, and not outside of it [nats]."""
+        return np.asarray(scores) - _MIN_FIT * best_score(self.scans[station], self.settings.localisation)
 
     def _reach_of_odometry(self, track: _Track, station: int) -> FloatArray:
         """Return the standard deviations of odometry since the last station that fits [m, m, rad]."""
-        fits = track.scores > _MIN_FIT * self.perfect[track.first : station]
-        after = track.first + 1 + int(np.flatnonzero(fits).max(initial=0))
+        after = track.first + 1 + int(np.flatnonzero(track.log_odds).max(initial=0))
         reach: FloatArray = np.sqrt((self.priors.reaches[after : station + 1] ** 2).sum(axis=0))
         way = np.diff(self.priors.measured_poses[after : station + 1, :2], axis=0)
         reach[:2] += np.hypot(*way.T).sum() * reach[2]
         return reach
 
-    def fit(self, track: _Track, *, last: int) -> float:
-        """Return the share of a perfect score that the ``last`` stations of a track have."""
-        stations = slice(track.first + len(track.poses) - last, track.first + len(track.poses))
-        return float(track.scores[-last:].sum() / max(self.perfect[stations].sum(), 1e-9))
 
-    def is_elsewhere(self, tracks: Sequence[_Track], *, before: Sequence[_Track] = ()) -> bool:
-        """Return True if the last station of ``tracks`` and those after it fit clearly better anywhere else.
-
-        Any pose of the grid may be the next one, which costs the logarithm of their number; and the other place must
-        fit well in itself, as a robot may also have left the map. ``before`` are the tracks up to the station before.
-        """
-        station = tracks[0].first + len(tracks[0].poses) - 1
-        restarted, onward = self.begun(station), tracks
-        if not restarted:
-            return False
-        for later in range(station + 1, min(station + _LOOK_AHEAD, len(self.scans))):
-            restarted, onward = self.continued(restarted, later), self.continued(onward, later)
-        there, here, past = (
-            max((each.scores.sum() for each in some), default=0.0) for some in (restarted, onward, before)
-        )
-        # A robot in the map leaves few echoes unexplained; one outside of it, all: the matches must outweigh the rest.
-        match = math.log1p(1.0 / self.settings.localisation.outlier_likelihood)
-        miss = -math.log(1.0 - self.settings.min_inlier_ratio)
-        is_inside = self.fit(restarted[0], last=len(restarted[0].poses)) > miss / (match + miss)
-        return bool(is_inside and there - math.log(len(self.grid)) > here - past + VERY_STRONG)
+def _best(tracks: Sequence[_Track]) -> list[_Track]:
+    """Return the tracks that are not far worse than the best one and lead to different poses, the best first."""
+    totals = np.array([each.total for each in tracks])
+    kept = apart(np.array([each.poses[-1] for each in tracks]), totals, most=_MAX_TRACKS)
+    return [tracks[each] for each in kept if totals[each] >= totals.max() - _MAX_LOSS]
 
 
 def _begun(search: _Search, start: FloatArray | None) -> list[_Track]:
@@ -236,27 +249,37 @@ def _begun(search: _Search, start: FloatArray | None) -> list[_Track]:
     tracks = search.begun(0, start)
     if not tracks:
         raise InvalidValueError("the echoes fit the map nowhere")
-    if start is not None and search.is_elsewhere(tracks):
-        raise InvalidValueError("the recording does not begin there, but elsewhere in the map")
-    return tracks
+    return tracks if start is None else _best([*tracks, *search.elsewhere(tracks, 0)])
 
 
 def _followed(search: _Search, start: FloatArray | None) -> list[list[_Track]]:
-    """Return the tracks of each part of the recording that odometry connects, the best first."""
-    parts = [_begun(search, start)]
+    """Return the tracks of each part of the recording that odometry connects, the best first.
+
+    Raise ``InvalidValueError`` if the recording does not begin at the start.
+    """
+    tracks = _begun(search, start)
     for station in range(1, len(search.scans)):
-        tracks = search.continued(parts[-1], station)
-        hardly_fits = search.fit(tracks[0], last=1) < _MIN_FIT
-        if hardly_fits and search.is_elsewhere(tracks, before=parts[-1]):
-            parts.append(search.begun(station))
-        else:
-            parts[-1] = tracks
+        before, tracks = tracks, search.continued(tracks, station)
+        if all(each.before and each.first == 0 for each in tracks):
+            break
+        if tracks[0].log_odds[-1] <= 0.0:
+            tracks = _best([*tracks, *search.elsewhere(before, station)])
+    parts = [_alternatives(tracks)]
+    while parts[0][0].before:
+        parts.insert(0, _alternatives(parts[0][0].before))
+    if len(parts) > 1 and parts[1][0].first == 0:
+        raise InvalidValueError("the recording does not begin there, but elsewhere in the map")
     return parts
+
+
+def _alternatives(tracks: Sequence[_Track]) -> list[_Track]:
+    """Return the tracks from the same station on as the best one."""
+    return [each for each in tracks if each.before is tracks[0].before]
 
 
 def _weighed(tracks: Sequence[_Track], *, estimate: Estimate, feature_map: FeatureMap, rig: Rig) -> list[_Track]:
     """Return the best track of each place with its weight at optimised poses, the likeliest first."""
-    ends, totals = np.array([each.poses[-1] for each in tracks]), np.array([each.scores.sum() for each in tracks])
+    ends, totals = np.array([each.poses[-1] for each in tracks]), np.array([each.total for each in tracks])
     tracks = [tracks[each] for each in apart(ends, totals, most=_MAX_OPTIMISED, same=SAME_PLACE)]
     if len(tracks) == 1:
         return tracks

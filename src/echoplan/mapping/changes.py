@@ -35,9 +35,9 @@ _SAME = 0.05
 _SHORTEST = 0.2
 # Half the distance up to which two pieces are joined [m]: corners of walls may be off by that.
 _JOINED = 0.1
-# A wall is absent if the robot drove through its place, if two stations measured through it, as a single one may be
-# wrong, or if three stations miss it entirely [nats], as two may have stood behind something that is not in the map.
-# Shares of these add up.
+# A wall is absent if the robot drove through its place, if stations at two places measured through it, as a single one
+# may be wrong, or if three stations miss it entirely [nats], as two may have stood behind something that is not in the
+# map. Shares of these add up.
 _CROSSINGS, _MISSED = 2, -3.0 * STRONGEST_MISS
 # Sum of shares from which a wall that is still in the new map is out of date: all recordings together speak for it.
 _SURELY = 1.5
@@ -82,7 +82,7 @@ class Looks(NamedTuple):
         return until_now._replace(views_xy=views_xy[~is_earlier], path_xy=until_now.path_xy[len(self.path_xy) :])
 
     def passed(self, shapes: _Shapes) -> FloatArray:
-        """Return how surely shapes were absent: 1 if the robot drove through, or two stations looked through.
+        """Return how surely shapes were absent: 1 if the robot drove through, or stations at two places looked through.
 
         Parameters
         ----------
@@ -97,9 +97,9 @@ class Looks(NamedTuple):
         steps = np.stack([self.path_xy[:-1], self.path_xy[1:]], axis=1)
         steps = steps[np.isfinite(steps).all(axis=(1, 2))]
         owners, views = _trimmed(self.views_xy).query(shapes, predicate="intersects")
-        # Two lines of sight of one station share its errors, and may be one echo that two walls explain.
-        stations = np.unique(self.views_xy[:, 0], axis=0, return_inverse=True)[1].reshape(-1)
-        seen = np.unique(np.stack([owners, stations[views]]), axis=1)[0]
+        # Lines of sight from one place may all be the same wrong echo, so they count once.
+        places = np.unique(np.round(self.views_xy[:, 0] / _SAME), axis=0, return_inverse=True)[1].reshape(-1)
+        seen = np.unique(np.stack([owners, places[views]]), axis=1)[0]
         driven = shapely.STRtree(shapely.linestrings(steps)).query(shapes, predicate="intersects")[0]
         passed: FloatArray = np.bincount(seen, minlength=len(shapes)) / _CROSSINGS
         return passed + np.isin(np.arange(len(shapes)), driven)

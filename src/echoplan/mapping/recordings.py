@@ -1,6 +1,5 @@
 """Several recordings of one place in one map: each is located in the map of those before it."""
 
-import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike, fspath
@@ -36,7 +35,7 @@ OneOrSeveral: TypeAlias = AnySource | Sequence[AnySource]
 _STATIONS = (24, 12, 6, 4, 3)
 # Number of sweeps at the beginning that may fit the map nowhere.
 _LOST = 3
-# Greatest distance of the first pose in the map from where the recording was located, which errs by 1 cm in the mean
+# Greatest median distance of poses in the map from where they were located, which errs by 1 cm in the mean
 # (benchmarks/localisation.py) [m].
 _LOCATED = 0.1
 # Time between two recordings if the clock of the later one does not go on [ns].
@@ -169,16 +168,17 @@ def map_recordings(
             continue
         sweeps = [sweep for sweep in recorded if len(sweep)]
         faults = find_faults(sweeps, mapper.rig)
-        start = _start(name, clean_sweeps(sweeps, mapper.rig, faults), known=found, rig=mapper.rig)
+        located = _first_poses(name, clean_sweeps(sweeps, mapper.rig, faults), known=found, rig=mapper.rig)
         earlier, count = Looks(*mapper.looks(), mapper.misses(_at_poses(cleaned, found))), len(cleaned)
-        mapper.begin_recording(start)
-        moved = _moved(sweeps, away=compose(start, invert(sweeps[0].station)), after=mapped)
+        mapper.begin_recording(located[0])
+        moved = _moved(sweeps, away=compose(located[0], invert(sweeps[0].station)), after=mapped)
         for sweep in keep(clean_sweeps(moved, mapper.rig, faults)):
             mapper.add(sweep)
         before, found, mapped = found, mapper.result(), (*mapped, *moved)
         placed = _at_poses(cleaned[count:], found)
         later = earlier.later(Looks(*mapper.looks(), mapper.misses(placed)))
-        _check_fit(name, before, later, off=math.dist(placed[0].station[:2], start[:2]))
+        away = np.array([sweep.station for sweep in placed[: len(located)]]) - located
+        _check_fit(name, before, later, off=float(np.median(np.hypot(away[:, 0], away[:, 1]))))
         if gone := outdated(before, earlier=earlier, later=later):
             mapper.forget(gone)
             found = mapper.result()
@@ -266,11 +266,11 @@ def _check_readings(rig: Rig, recordings: Recordings) -> None:
 
 
 def _check_fit(name: str, before: FeatureMap, later: Looks, *, off: float) -> None:
-    """Refuse a recording of another place, or one whose first pose is ``off`` from where it was located [m]."""
+    """Refuse a recording of another place, or one whose first poses are ``off`` from where they were located [m]."""
     if contradicts(before, later.views_xy):
         raise InputError(name, "it is of another place than what came before", remedy="map it alone")
     if off > _LOCATED:
-        problem = f"its first pose in the map is {off:.2f} m from where it was located"
+        problem = f"its first poses in the map are {off:.2f} m from where they were located"
         raise InputError(name, problem, remedy="begin it where another recording was, or map it alone")
 
 
@@ -300,8 +300,8 @@ def _moved(sweeps: Sequence[Sweep], *, away: FloatArray, after: Sequence[Sweep])
     )
 
 
-def _start(name: str, sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig) -> FloatArray:
-    """Return the pose of the first sweep in the map of the recordings before it, shape (3,) [m, m, rad].
+def _first_poses(name: str, sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig) -> FloatArray:
+    """Return the poses of the first sweeps in the map of the recordings before it, shape (k, 3) [m, m, rad].
 
     The recorded pose is tried first: recordings in one frame can be joined in a symmetric place, too. If the first
     sweeps do not fit where odometry takes the later ones, these count: the first ones may have been made where the map
@@ -320,19 +320,19 @@ def _start(name: str, sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig) -
                 problem = f"from sweep {fitting.first} on it fits the map elsewhere than its poses say"
                 raise InputError(name, problem, remedy="cut it there into two recordings, or map it alone")
             if lost <= _LOST and not fitting.is_ambiguous:
-                return _first_pose(found, first, fitting=lost, known=known, rig=rig)
+                return found.poses if lost == 0 else _led_back(found, first, fitting=lost, known=known, rig=rig)
     problem = "it begins where the map so far shows too little, or in one of several places that look alike"
     raise InputError(name, problem, remedy="begin each recording where another one was, or map it alone")
 
 
-def _first_pose(
-    found: Localisation, sweeps: Sequence[Sweep], *, fitting: int, known: FeatureMap, rig: Rig
-) -> FloatArray:
-    """Return the pose of the first sweep; ``fitting`` is the index of the first one that fits without a guess."""
-    recorded = compose(found.poses[fitting], compose(invert(sweeps[fitting].station), sweeps[0].station))
+def _led_back(found: Localisation, sweeps: Sequence[Sweep], *, fitting: int, known: FeatureMap, rig: Rig) -> FloatArray:
+    """Return the poses of sweeps, of which those before the index ``fitting`` do not fit without a guess."""
+    recorded = np.array([sweep.station for sweep in sweeps])
+    poses = compose(found.poses[fitting], compose(invert(recorded[fitting]), recorded))
+    poses[fitting:] = found.poses[fitting:]
     # With this guess the sweeps before it may fit, too.
-    again = _located(sweeps, known=known, rig=rig, start=recorded) if fitting else None
-    return recorded if again is None else again.poses[0]
+    again = _located(sweeps, known=known, rig=rig, start=poses[0])
+    return poses if again is None else again.poses
 
 
 def _located(sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig, start: FloatArray | None) -> Localisation | None:

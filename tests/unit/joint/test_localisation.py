@@ -192,6 +192,16 @@ def test_it_is_noticed_that_the_robot_was_carried_elsewhere() -> None:
         assert segment.starts[0].pose == pytest.approx(pose, abs=0.03)
 
 
+def test_a_robot_that_comes_back_from_a_room_that_is_not_in_the_map_was_not_carried() -> None:
+    poses = np.concatenate([POSES, FAR, POSES[::-1]])
+    other = recorded(FAR, sides=[[0.0, 0.0], [5.1, 0.0], [6.0, 3.5], [2.0, 4.4]], pillar=False)
+    sweeps = recorded(poses)
+    sweeps[5:10] = [replace(sweep, ranges=each.ranges) for sweep, each in zip(sweeps[5:10], other, strict=True)]
+    found = localise(sweeps, ROOM, rig=RIG)
+    assert found.kidnapped == ()
+    assert distances(found, poses)[[*range(5), *range(10, 15)]].max() < 0.005
+
+
 def test_warmer_air_than_when_the_map_was_made_moves_no_pose() -> None:
     # Readings are 0.7 % too short: 2 cm from the farthest wall.
     found = localise(recorded(POSES, air={"temperature": 24.0}), ROOM, rig=RIG)

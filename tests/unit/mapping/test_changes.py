@@ -83,9 +83,9 @@ def test_a_single_view_through_a_wall_does_not_make_it_new_or_gone() -> None:
     assert not changes(room(EAST, BOX), room(EAST), later=LATER[:1])
 
 
-def test_two_views_of_one_station_count_once() -> None:
+def test_two_views_from_one_place_count_once() -> None:
     twice, between = np.concatenate([LATER[:1], LATER[:1]]), room(EAST, BOX)
-    twice[1, 1, 1] += 0.05
+    twice[1] += [[1e-4, 0.0], [0.0, 0.05]]
     # A view that is too short to lead through anything is not one of them.
     short = np.array([[[3.9, 0.0], [4.0, 0.0]]])
     assert not changes(between, room(EAST), later=np.concatenate([short, twice]))

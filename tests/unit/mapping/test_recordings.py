@@ -58,7 +58,7 @@ def test_one_recording_given_twice_is_refused() -> None:
         map_source([open_source("sim:square,seed=1")] * 2)
 
 
-def test_a_recording_whose_first_pose_is_far_from_where_it_was_located_is_refused(
+def test_a_recording_whose_poses_are_far_from_where_it_was_located_is_refused(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     def displaced(*words: object, **options: object) -> Localisation:
@@ -69,7 +69,7 @@ def test_a_recording_whose_first_pose_is_far_from_where_it_was_located_is_refuse
     assert not map_source(recordings).feature_map.changes[0]
     monkeypatch.setattr("echoplan.mapping.recordings.localise", displaced)
     with pytest.raises(
-        InputError, match=r"its first pose in the map is 0\.15 m from where it was located; begin it where"
+        InputError, match=r"its first poses in the map are 0\.1\d m from where they were located; begin it where"
     ):
         map_source(recordings)
 
