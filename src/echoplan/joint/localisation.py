@@ -1,19 +1,20 @@
 """Localisation in a known map: the poses of a recording, from a known or an unknown start.
 
 Each station is registered to the landmarks of the map by scan matching: the first one everywhere in the map, the others
-near the pose that odometry predicts. Of several possible starts each is followed until its score is far below that of
-the best one. The poses of those that remain are optimised, with the map as their prior, and compared by what the map
-explains and what it should have returned. The estimator then goes on from the likeliest one.
+near the pose that odometry predicts. Of several possible starts each is followed until it is far less likely than the
+best one. Where a station does not fit, the robot may be outside of the map, or it may have been carried to any pose in
+it, at the price of how many there are: both are followed, and what comes later decides. The poses of the tracks that
+remain are optimised, with the map as their prior, and compared by what the map explains and what it should have
+returned. The estimator then goes on from the likeliest one.
 """
 
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.special import softmax
 
 from echoplan.arrays import FloatArray, IntArray
@@ -47,8 +48,8 @@ _MAX_TRACKS = 120
 _MAX_OPTIMISED, _ROUNDS = 20, 3
 # Optimisation begins with this multiple of the noise of the readings, as scan matching errs by centimetres.
 _COARSE = 4.0
-# Share of a perfect score that echoes of another place may reach by chance: a station that has less is likelier outside
-# of the map, where nothing was mapped.
+# Share of a perfect score that echoes of another place may reach by chance: a station that has less may be outside of
+# the map.
 _MIN_FIT = 0.25
 
 
@@ -141,7 +142,7 @@ def _initial(sweeps: Sequence[Sweep], rig: Rig, *, settings: EstimateSettings) -
 
 
 class _Track(NamedTuple):
-    """Poses of the stations from ``first`` on, and how likely they are.
+    """Poses of the stations from ``first`` on, and how well they fit.
 
     Attributes
     ----------
@@ -149,24 +150,27 @@ class _Track(NamedTuple):
         Number of its first station.
     poses : ndarray, shape (k, 3)
         Poses [m, m, rad].
-    log_odds : ndarray, shape (k,)
-        Of each station, that it is there and not outside of the map, where they are 0 [nats].
+    scores : ndarray, shape (k,)
+        Scores of the stations; 0 outside of the map [nats].
     before : tuple of _Track
         Tracks, the best first, of which the robot was carried elsewhere; none if it was not.
+    gain : float
+        Log odds of what comes before the first station, less what chance adds to the scores after it [nats].
     weight : float
         Probability among the tracks from the same station on.
     """
 
     first: int
     poses: FloatArray
-    log_odds: FloatArray
+    scores: FloatArray
     before: "tuple[_Track, ...]" = ()
+    gain: float = 0.0
     weight: float = 1.0
 
     @property
     def total(self) -> float:
         """Log odds of all stations [nats]."""
-        return float(self.log_odds.sum())
+        return float(self.scores.sum()) + self.gain
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -179,6 +183,11 @@ class _Search:
     priors: PosePrior
     settings: EstimateSettings
 
+    @cached_property
+    def chance(self) -> FloatArray:
+        """Scores that echoes of another place may reach by chance, shape (s,) [nats]."""
+        return _MIN_FIT * np.array([best_score(each, self.settings.localisation) for each in self.scans])
+
     def begun(self, station: int, start: FloatArray | None = None) -> list[_Track]:
         """Return the poses at which a station fits, near a start or anywhere, the best first; there may be none."""
         scan, settings = self.scans[station], self.settings.localisation
@@ -187,8 +196,7 @@ class _Search:
         else:
             pose, score = locate(scan, self.landmark_map, start, _START_SIGMAS, settings)
             poses, scores = pose[None], np.array([score])
-        log_odds = self._log_odds(scores, station)
-        return [_Track(station, pose[None], each[None]) for pose, each in zip(poses, log_odds, strict=True)]
+        return [_Track(station, pose[None], score[None]) for pose, score in zip(poses, scores, strict=True)]
 
     def elsewhere(self, tracks: Sequence[_Track], station: int) -> list[_Track]:
         """Return the tracks of a robot that was carried anywhere before a station; ``tracks`` lead to there.
@@ -197,7 +205,8 @@ class _Search:
         """
         return [
             each._replace(
-                log_odds=each.log_odds + tracks[0].total - math.log(len(self.grid)) - VERY_STRONG, before=tuple(tracks)
+                before=tuple(tracks),
+                gain=tracks[0].total - math.log(len(self.grid)) - VERY_STRONG - float(self.chance[station]),
             )
             for each in self.begun(station)
         ]
@@ -207,28 +216,26 @@ class _Search:
         return _best([after for each in tracks for after in self._continued(each, station)])
 
     def _continued(self, track: _Track, station: int) -> Iterator[_Track]:
-        """Register the next station where odometry leads from the last one that fits, and take it to be outside.
+        """Register the next station where odometry leads from the last one that fits; it may also be outside.
 
         The farther it may be from there, the less probable is each place.
         """
         poses = np.concatenate([np.zeros((track.first, 3)), track.poses])
         guess, near = dead_reckoned(self.priors.measured_poses, poses, station), self.priors.reaches[station]
-        reach = self._reach_of_odometry(track, station)
+        reach, chance = self._reach_of_odometry(track, station), float(self.chance[station])
         pose, score = locate(self.scans[station], self.landmark_map, guess, 1.3 * reach, self.settings.localisation)
-        log_odds = float(self._log_odds(score - np.log(reach / near).sum(), station))
-        # If it fits, it is not outside.
-        for place, gain in ((pose, log_odds), (guess, 0.0)) if log_odds < 0.0 else ((pose, log_odds),):
-            yield track._replace(
-                poses=np.append(track.poses, [place], axis=0), log_odds=np.append(track.log_odds, gain)
-            )
-
-    def _log_odds(self, scores: ArrayLike, station: int) -> FloatArray:
-        """Return the log odds that a station is in the map where it has these scores, and not outside of it [nats]."""
-        return np.asarray(scores) - _MIN_FIT * best_score(self.scans[station], self.settings.localisation)
+        score -= float(np.log(reach / near).sum())
+        # Robots that were not carried may leave the map and come back; elsewhere, chance finds matches outside of it.
+        gain = track.gain - chance if track.before else track.gain
+        yield track._replace(
+            poses=np.append(track.poses, [pose], axis=0), scores=np.append(track.scores, score), gain=gain
+        )
+        if score < chance:
+            yield track._replace(poses=np.append(track.poses, [guess], axis=0), scores=np.append(track.scores, 0.0))
 
     def _reach_of_odometry(self, track: _Track, station: int) -> FloatArray:
         """Return the standard deviations of odometry since the last station that fits [m, m, rad]."""
-        after = track.first + 1 + int(np.flatnonzero(track.log_odds).max(initial=0))
+        after = track.first + 1 + int(np.flatnonzero(track.scores).max(initial=0))
         reach: FloatArray = np.sqrt((self.priors.reaches[after : station + 1] ** 2).sum(axis=0))
         way = np.diff(self.priors.measured_poses[after : station + 1, :2], axis=0)
         reach[:2] += np.hypot(*way.T).sum() * reach[2]
@@ -262,7 +269,7 @@ def _followed(search: _Search, start: FloatArray | None) -> list[list[_Track]]:
         before, tracks = tracks, search.continued(tracks, station)
         if all(each.before and each.first == 0 for each in tracks):
             break
-        if tracks[0].log_odds[-1] <= 0.0:
+        if tracks[0].scores[-1] < search.chance[station]:
             tracks = _best([*tracks, *search.elsewhere(before, station)])
     parts = [_alternatives(tracks)]
     while parts[0][0].before:
@@ -285,16 +292,20 @@ def _weighed(tracks: Sequence[_Track], *, estimate: Estimate, feature_map: Featu
         return tracks
     first, last = tracks[0].first, tracks[0].first + len(tracks[0].poses)
     recorded, measured = rearranged_stations(estimate.recorded, range(first, last)), estimate.measured_poses[first:last]
-    log_odds = []
+    optimised, log_odds = [], []
     for track in tracks:
         prior = prior_of_map(feature_map, track.poses[0], noise=estimate.first_noise)
         initial = initial_estimate(rig, recorded, measured, estimate.settings, prior)
         now = replace(initial, poses=track.poses, measurements=at_poses(recorded, measured, track.poses))
         for noise in (_COARSE * initial.noise, initial.noise):
             now = now.rescore(noise).alternate(noise, initial.odometry(), _ROUNDS)
+        optimised.append(track._replace(poses=now.poses))
         log_odds.append(_log_odds(now))
-    weights = softmax(log_odds)
-    return [tracks[each]._replace(weight=float(weights[each])) for each in np.argsort(-weights)]
+    # Several of them may end at one place.
+    ends = np.array([each.poses[-1] for each in optimised])
+    kept = apart(ends, np.array(log_odds), most=_MAX_OPTIMISED, same=SAME_PLACE)
+    weights = softmax(np.array(log_odds)[kept])
+    return [optimised[each]._replace(weight=float(weight)) for each, weight in zip(kept, weights, strict=True)]
 
 
 def _log_odds(estimate: Estimate) -> float:
