@@ -225,8 +225,7 @@ class _Search:
         reach, chance = self._reach_of_odometry(track, station), float(self.chance[station])
         pose, score = locate(self.scans[station], self.landmark_map, guess, 1.3 * reach, self.settings.localisation)
         score -= float(np.log(reach / near).sum())
-        # What a robot detects outside of the map fits somewhere in it by chance, so only more than that speaks for a
-        # robot that was carried there.
+        # Robots that were not carried may leave the map and come back; elsewhere, chance finds matches outside of it.
         gain = track.gain - chance if track.before else track.gain
         yield track._replace(
             poses=np.append(track.poses, [pose], axis=0), scores=np.append(track.scores, score), gain=gain

@@ -39,6 +39,8 @@ _JOINED = 0.1
 # may be wrong, or if three stations miss it entirely [nats], as two may have stood behind something that is not in the
 # map. Shares of these add up.
 _CROSSINGS, _MISSED = 2, -3.0 * STRONGEST_MISS
+# Sum of shares from which a wall that is still in the new map is out of date: all recordings together speak for it.
+_SURELY = 1.5
 # Errors of rounding are smaller [m].
 _EXACT = 1e-3
 # What a view must extend beyond a piece on both sides, so that the robot surely measured through it [m].
@@ -160,8 +162,8 @@ def outdated(before: FeatureMap, *, earlier: Looks, later: Looks) -> list[Wall]:
     Returns
     -------
     list of Wall
-        Walls, without their uncertain ends, that earlier stations detected and later ones did not, and that are absent
-        together with the walls that they are joined to.
+        Walls, without their uncertain ends, that earlier stations detected and later ones did not. Together with the
+        walls that they are joined to, they need half as many looks again as walls that are not in the new map.
     """
     pieces = [
         replace(wall, endpoints_xy=shapely.get_coordinates(certain))
@@ -174,7 +176,7 @@ def outdated(before: FeatureMap, *, earlier: Looks, later: Looks) -> list[Wall]:
     lines, missed = _lines(gone), later.misses(gone) / _MISSED
     bodies = _bodies(lines)
     looked = later.passed(bodies) + np.array([missed[shapely.intersects(lines, each)].sum() for each in bodies])
-    return [piece for piece, enough in zip(gone, looked >= 1.0, strict=True) if enough]
+    return [piece for piece, enough in zip(gone, looked >= _SURELY, strict=True) if enough]
 
 
 def _absent(pieces: Sequence[Wall], looks: Looks) -> tuple[FloatArray, ...]:
