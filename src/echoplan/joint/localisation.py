@@ -225,7 +225,8 @@ class _Search:
         reach, chance = self._reach_of_odometry(track, station), float(self.chance[station])
         pose, score = locate(self.scans[station], self.landmark_map, guess, 1.3 * reach, self.settings.localisation)
         score -= float(np.log(reach / near).sum())
-        # Robots that were not carried may leave the map and come back; elsewhere, chance finds matches outside of it.
+        # What a robot detects outside of the map fits somewhere in it by chance, so only more than that speaks for a
+        # robot that was carried there.
         gain = track.gain - chance if track.before else track.gain
         yield track._replace(
             poses=np.append(track.poses, [pose], axis=0), scores=np.append(track.scores, score), gain=gain
@@ -271,17 +272,16 @@ def _followed(search: _Search, start: FloatArray | None) -> list[list[_Track]]:
             break
         if tracks[0].scores[-1] < search.chance[station]:
             tracks = _best([*tracks, *search.elsewhere(before, station)])
-    parts = [_alternatives(tracks)]
-    while parts[0][0].before:
-        parts.insert(0, _alternatives(parts[0][0].before))
+    parts = _parts(tracks)
     if len(parts) > 1 and parts[1][0].first == 0:
         raise InvalidValueError("the recording does not begin there, but elsewhere in the map")
     return parts
 
 
-def _alternatives(tracks: Sequence[_Track]) -> list[_Track]:
-    """Return the tracks from the same station on as the best one."""
-    return [each for each in tracks if each.before is tracks[0].before]
+def _parts(tracks: Sequence[_Track]) -> list[list[_Track]]:
+    """Return the tracks that begin and end where the best one does, after those of which it was carried elsewhere."""
+    part = [each for each in tracks if each.before is tracks[0].before]
+    return [*_parts(part[0].before), part] if part[0].before else [part]
 
 
 def _weighed(tracks: Sequence[_Track], *, estimate: Estimate, feature_map: FeatureMap, rig: Rig) -> list[_Track]:
@@ -290,22 +290,26 @@ def _weighed(tracks: Sequence[_Track], *, estimate: Estimate, feature_map: Featu
     tracks = [tracks[each] for each in apart(ends, totals, most=_MAX_OPTIMISED, same=SAME_PLACE)]
     if len(tracks) == 1:
         return tracks
-    first, last = tracks[0].first, tracks[0].first + len(tracks[0].poses)
-    recorded, measured = rearranged_stations(estimate.recorded, range(first, last)), estimate.measured_poses[first:last]
-    optimised, log_odds = [], []
-    for track in tracks:
-        prior = prior_of_map(feature_map, track.poses[0], noise=estimate.first_noise)
-        initial = initial_estimate(rig, recorded, measured, estimate.settings, prior)
-        now = replace(initial, poses=track.poses, measurements=at_poses(recorded, measured, track.poses))
-        for noise in (_COARSE * initial.noise, initial.noise):
-            now = now.rescore(noise).alternate(noise, initial.odometry(), _ROUNDS)
-        optimised.append(track._replace(poses=now.poses))
-        log_odds.append(_log_odds(now))
+    optimised = [_optimised(each, estimate, feature_map=feature_map, rig=rig) for each in tracks]
     # Several of them may end at one place.
-    ends = np.array([each.poses[-1] for each in optimised])
-    kept = apart(ends, np.array(log_odds), most=_MAX_OPTIMISED, same=SAME_PLACE)
-    weights = softmax(np.array(log_odds)[kept])
-    return [optimised[each]._replace(weight=float(weight)) for each, weight in zip(kept, weights, strict=True)]
+    ends, log_odds = np.array([each.poses[-1] for each in optimised]), np.array(list(map(_log_odds, optimised)))
+    kept = apart(ends, log_odds, most=_MAX_OPTIMISED, same=SAME_PLACE)
+    return [
+        tracks[each]._replace(poses=optimised[each].poses, weight=float(weight))
+        for each, weight in zip(kept, softmax(log_odds[kept]), strict=True)
+    ]
+
+
+def _optimised(track: _Track, estimate: Estimate, *, feature_map: FeatureMap, rig: Rig) -> Estimate:
+    """Return the estimate of the stations of a track, from its poses on."""
+    first, last = track.first, track.first + len(track.poses)
+    recorded, measured = rearranged_stations(estimate.recorded, range(first, last)), estimate.measured_poses[first:last]
+    prior = prior_of_map(feature_map, track.poses[0], noise=estimate.first_noise)
+    initial = initial_estimate(rig, recorded, measured, estimate.settings, prior)
+    now = replace(initial, poses=track.poses, measurements=at_poses(recorded, measured, track.poses))
+    for noise in (_COARSE * initial.noise, initial.noise):
+        now = now.rescore(noise).alternate(noise, initial.odometry(), _ROUNDS)
+    return now
 
 
 def _log_odds(estimate: Estimate) -> float:

@@ -178,7 +178,7 @@ def map_recordings(
         placed = _at_poses(cleaned[count:], found)
         later = earlier.later(Looks(*mapper.looks(), mapper.misses(placed)))
         away = np.array([sweep.station for sweep in placed[: len(located)]]) - located
-        _check_fit(name, before, later, off=float(np.median(np.hypot(away[:, 0], away[:, 1]))))
+        _check_fit(name, before, later, away=away)
         if gone := outdated(before, earlier=earlier, later=later):
             mapper.forget(gone)
             found = mapper.result()
@@ -265,10 +265,14 @@ def _check_readings(rig: Rig, recordings: Recordings) -> None:
         given.add(readings)
 
 
-def _check_fit(name: str, before: FeatureMap, later: Looks, *, off: float) -> None:
-    """Refuse a recording of another place, or one whose first poses are ``off`` from where they were located [m]."""
+def _check_fit(name: str, before: FeatureMap, later: Looks, *, away: FloatArray) -> None:
+    """Refuse a recording of another place, or one whose first poses are not where they were located.
+
+    ``away`` is the difference, shape (k, 3) [m, m, rad].
+    """
     if contradicts(before, later.views_xy):
         raise InputError(name, "it is of another place than what came before", remedy="map it alone")
+    off = float(np.median(np.hypot(away[:, 0], away[:, 1])))
     if off > _LOCATED:
         problem = f"its first poses in the map are {off:.2f} m from where they were located"
         raise InputError(name, problem, remedy="begin it where another recording was, or map it alone")
@@ -320,13 +324,15 @@ def _first_poses(name: str, sweeps: Sequence[Sweep], *, known: FeatureMap, rig: 
                 problem = f"from sweep {fitting.first} on it fits the map elsewhere than its poses say"
                 raise InputError(name, problem, remedy="cut it there into two recordings, or map it alone")
             if lost <= _LOST and not fitting.is_ambiguous:
-                return found.poses if lost == 0 else _led_back(found, first, fitting=lost, known=known, rig=rig)
+                return _led_back(found, first, fitting=lost, known=known, rig=rig)
     problem = "it begins where the map so far shows too little, or in one of several places that look alike"
     raise InputError(name, problem, remedy="begin each recording where another one was, or map it alone")
 
 
 def _led_back(found: Localisation, sweeps: Sequence[Sweep], *, fitting: int, known: FeatureMap, rig: Rig) -> FloatArray:
     """Return the poses of sweeps, of which those before the index ``fitting`` do not fit without a guess."""
+    if fitting == 0:
+        return found.poses
     recorded = np.array([sweep.station for sweep in sweeps])
     poses = compose(found.poses[fitting], compose(invert(recorded[fitting]), recorded))
     poses[fitting:] = found.poses[fitting:]
