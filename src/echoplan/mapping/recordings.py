@@ -177,8 +177,7 @@ def map_recordings(
         before, found, mapped = found, mapper.result(), (*mapped, *moved)
         placed = _at_poses(cleaned[count:], found)
         later = earlier.later(Looks(*mapper.looks(), mapper.misses(placed)))
-        away = np.array([sweep.station for sweep in placed[: len(located)]]) - located
-        _check_fit(name, before, later, away=away)
+        _check_fit(name, before, later, sweeps=placed, located=located)
         if gone := outdated(before, earlier=earlier, later=later):
             mapper.forget(gone)
             found = mapper.result()
@@ -265,13 +264,11 @@ def _check_readings(rig: Rig, recordings: Recordings) -> None:
         given.add(readings)
 
 
-def _check_fit(name: str, before: FeatureMap, later: Looks, *, away: FloatArray) -> None:
-    """Refuse a recording of another place, or one whose first poses are not where they were located.
-
-    ``away`` is the difference, shape (k, 3) [m, m, rad].
-    """
+def _check_fit(name: str, before: FeatureMap, later: Looks, *, sweeps: Sequence[Sweep], located: FloatArray) -> None:
+    """Refuse a recording of another place, or one whose first sweeps are not where they were located."""
     if contradicts(before, later.views_xy):
         raise InputError(name, "it is of another place than what came before", remedy="map it alone")
+    away = np.array([sweep.station for sweep in sweeps[: len(located)]]) - located
     off = float(np.median(np.hypot(away[:, 0], away[:, 1])))
     if off > _LOCATED:
         problem = f"its first poses in the map are {off:.2f} m from where they were located"
