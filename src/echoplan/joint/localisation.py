@@ -3,8 +3,8 @@
 Each station is registered to the landmarks of the map by scan matching: the first one everywhere in the map, the others
 near the pose that odometry predicts. Of several possible starts each is followed until it is far less likely than the
 best one. Where a station does not fit, the robot may be outside of the map, or it may have been carried to any pose in
-it, at the price of how many there are: both are followed, and what comes later decides. The poses of the tracks that
-remain are optimised, with the map as their prior, and compared by what the map explains and what it should have
+it, which costs the logarithm of their number: both are followed, and what comes later decides. The poses of the tracks
+that remain are optimised, with the map as their prior, and compared by what the map explains and what it should have
 returned. The estimator then goes on from the likeliest one.
 """
 
@@ -153,9 +153,9 @@ class _Track(NamedTuple):
     scores : ndarray, shape (k,)
         Scores of the stations; 0 outside of the map [nats].
     before : tuple of _Track
-        Tracks, the best first, of which the robot was carried elsewhere; none if it was not.
+        Tracks up to the station before, the best first, if the robot was carried elsewhere; else none.
     gain : float
-        Log odds of what comes before the first station, less what chance adds to the scores after it [nats].
+        Log odds of what comes before the first station, less what chance adds to the scores from there on [nats].
     weight : float
         Probability among the tracks from the same station on.
     """
@@ -203,13 +203,9 @@ class _Search:
 
         Any pose of the grid may be the next one, which costs the logarithm of their number.
         """
-        return [
-            each._replace(
-                before=tuple(tracks),
-                gain=tracks[0].total - math.log(len(self.grid)) - VERY_STRONG - float(self.chance[station]),
-            )
-            for each in self.begun(station)
-        ]
+        found, before = self.begun(station), tuple(tracks)
+        price = math.log(max(len(self.grid), 1)) + VERY_STRONG + float(self.chance[station])
+        return [each._replace(before=before, gain=before[0].total - price) for each in found]
 
     def continued(self, tracks: Sequence[_Track], station: int) -> list[_Track]:
         """Register the next station on all tracks, at least one, and give up those far worse than the best one."""
@@ -236,7 +232,8 @@ class _Search:
 
     def _reach_of_odometry(self, track: _Track, station: int) -> FloatArray:
         """Return the standard deviations of odometry since the last station that fits [m, m, rad]."""
-        after = track.first + 1 + int(np.flatnonzero(track.scores).max(initial=0))
+        fits = track.scores > self.chance[track.first : station]
+        after = track.first + 1 + int(np.flatnonzero(fits).max(initial=0))
         reach: FloatArray = np.sqrt((self.priors.reaches[after : station + 1] ** 2).sum(axis=0))
         way = np.diff(self.priors.measured_poses[after : station + 1, :2], axis=0)
         reach[:2] += np.hypot(*way.T).sum() * reach[2]
@@ -257,7 +254,10 @@ def _begun(search: _Search, start: FloatArray | None) -> list[_Track]:
     tracks = search.begun(0, start)
     if not tracks:
         raise InvalidValueError("the echoes fit the map nowhere")
-    return tracks if start is None else _best([*tracks, *search.elsewhere(tracks, 0)])
+    if start is None:
+        return tracks
+    not_yet = _Track(0, np.zeros((0, 3)), np.zeros(0))
+    return _best([*tracks, *search.elsewhere([not_yet], 0)])
 
 
 def _followed(search: _Search, start: FloatArray | None) -> list[list[_Track]]:
@@ -279,7 +279,7 @@ def _followed(search: _Search, start: FloatArray | None) -> list[list[_Track]]:
 
 
 def _parts(tracks: Sequence[_Track]) -> list[list[_Track]]:
-    """Return the tracks that begin and end where the best one does, after those of which it was carried elsewhere."""
+    """Return the tracks of each part; those of the last part begin at the same station as the best one."""
     part = [each for each in tracks if each.before is tracks[0].before]
     return [*_parts(part[0].before), part] if part[0].before else [part]
 

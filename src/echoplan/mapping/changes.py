@@ -28,8 +28,8 @@ __all__ = ["Looks", "contradicts", "find_changes", "outdated"]
 # Shapes of shapely.
 _Shapes: TypeAlias = NDArray[Any]
 
-# Distance up to which two walls or cylinders are the same one [m]: maps are right to a few millimetres, so what moved
-# farther than that is noticed.
+# Distance up to which two walls or cylinders are the same one, and size of a place [m]: maps are right to a few
+# millimetres, so what moved farther than that is noticed.
 _SAME = 0.05
 # Least length of a piece that counts as changed if a wall is in both maps [m]: ends are less certain than lines.
 _SHORTEST = 0.2

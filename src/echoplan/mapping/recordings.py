@@ -35,8 +35,8 @@ OneOrSeveral: TypeAlias = AnySource | Sequence[AnySource]
 _STATIONS = (24, 12, 6, 4, 3)
 # Number of sweeps at the beginning that may fit the map nowhere.
 _LOST = 3
-# Greatest median distance of poses in the map from where they were located, which errs by 1 cm in the mean
-# (benchmarks/localisation.py) [m].
+# Greatest median distance between the first poses in the map and the located ones [m]. Located poses err by less than
+# 1 cm in the mean (benchmarks/localisation.py).
 _LOCATED = 0.1
 # Time between two recordings if the clock of the later one does not go on [ns].
 _PAUSE_NS = 1_000_000_000
@@ -271,7 +271,7 @@ def _check_fit(name: str, before: FeatureMap, later: Looks, *, sweeps: Sequence[
     away = np.array([sweep.station for sweep in sweeps[: len(located)]]) - located
     off = float(np.median(np.hypot(away[:, 0], away[:, 1])))
     if off > _LOCATED:
-        problem = f"its first poses in the map are {off:.2f} m from where they were located"
+        problem = f"its first poses in the map are {off:.2f} m (median) from where they were located"
         raise InputError(name, problem, remedy="begin it where another recording was, or map it alone")
 
 
@@ -335,7 +335,7 @@ def _led_back(found: Localisation, sweeps: Sequence[Sweep], *, fitting: int, kno
     poses[fitting:] = found.poses[fitting:]
     # With this guess the sweeps before it may fit, too.
     again = _located(sweeps, known=known, rig=rig, start=poses[0])
-    return poses if again is None else again.poses
+    return poses if again is None or again.kidnapped else again.poses
 
 
 def _located(sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig, start: FloatArray | None) -> Localisation | None:

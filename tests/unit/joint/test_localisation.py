@@ -192,6 +192,19 @@ def test_it_is_noticed_that_the_robot_was_carried_elsewhere() -> None:
         assert segment.starts[0].pose == pytest.approx(pose, abs=0.03)
 
 
+def test_where_the_robot_was_carried_may_be_ambiguous() -> None:
+    first, second = recorded(POSES, pillar=False), recorded(FAR, pillar=False)
+    later = [
+        replace(each, index=each.index + 5, stamps_ns=each.stamps_ns + 1 + int(first[-1].stamps_ns[-1]))
+        for each in second
+    ]
+    found = localise([*first, *later], EMPTY, rig=RIG, start=POSES[0])
+    assert found.kidnapped == (5,)
+    assert not found.segments[0].is_ambiguous
+    assert found.segments[1].is_ambiguous
+    assert min(math.dist(each.pose, FAR[0]) for each in found.segments[1].starts) < 0.05
+
+
 def test_a_robot_that_comes_back_from_a_room_that_is_not_in_the_map_was_not_carried() -> None:
     poses = np.concatenate([POSES, FAR, POSES[::-1]])
     other = recorded(FAR, sides=[[0.0, 0.0], [5.1, 0.0], [6.0, 3.5], [2.0, 4.4]], pillar=False)
