@@ -232,8 +232,7 @@ class _Search:
 
     def _reach_of_odometry(self, track: _Track, station: int) -> FloatArray:
         """Return the standard deviations of odometry since the last station that fits [m, m, rad]."""
-        fits = track.scores > self.chance[track.first : station]
-        after = track.first + 1 + int(np.flatnonzero(fits).max(initial=0))
+        after = track.first + 1 + int(np.flatnonzero(track.scores).max(initial=0))
         reach: FloatArray = np.sqrt((self.priors.reaches[after : station + 1] ** 2).sum(axis=0))
         way = np.diff(self.priors.measured_poses[after : station + 1, :2], axis=0)
         reach[:2] += np.hypot(*way.T).sum() * reach[2]
