@@ -19,6 +19,7 @@ from scipy.special import softmax
 
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.errors import InvalidValueError
+from echoplan.geometry import compose, invert
 from echoplan.joint.estimate import Estimate
 from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.known_map import known_landmarks, prior_of_map
@@ -94,11 +95,12 @@ def localise(
     feature_map, settings = translated(feature_map, -origin[:2]), settings or JointSettings()
     estimate, stations = _initial(sweeps, rig, settings=settings)
     landmarks, _ = known_landmarks(feature_map)
+    priors = odometry_prior(stations.poses, settings.pose_errors, estimate.odometry_noise)
     search = _Search(
         scans=local_scans_of(estimate),
         landmark_map=LandmarkMap.of(landmarks, np.zeros((0, 2))),
         grid=pose_grid(np.concatenate([*(wall.endpoints_xy for wall in feature_map.walls), feature_map.poses[:, :2]])),
-        priors=odometry_prior(stations.poses, settings.pose_errors, estimate.odometry_noise),
+        priors=priors._replace(sigmas=np.concatenate([[_START_SIGMAS], priors.sigmas[1:]])),
         settings=settings,
     )
     followed = _followed(search, None if start is None else start - origin)
@@ -224,15 +226,26 @@ class _Search:
         # What a robot detects outside of the map fits somewhere in it by chance, so only more than that speaks for a
         # robot that was carried there.
         gain = track.gain - chance if track.before else track.gain
-        yield track._replace(
-            poses=np.append(track.poses, [pose], axis=0), scores=np.append(track.scores, score), gain=gain
-        )
+        yield track._replace(poses=self._with(pose, track), scores=np.append(track.scores, score), gain=gain)
         if score < chance:
             yield track._replace(poses=np.append(track.poses, [guess], axis=0), scores=np.append(track.scores, 0.0))
 
+    def _with(self, pose: FloatArray, track: _Track) -> FloatArray:
+        """Return the poses of a track and of the next station.
+
+        Those of stations that do not fit follow from this pose as long as no other one fits.
+        """
+        if track.scores.any():
+            return np.append(track.poses, [pose], axis=0)
+        measured = self.priors.measured_poses[track.first : track.first + len(track.poses) + 1]
+        return compose(pose, compose(invert(measured[-1]), measured))
+
     def _reach_of_odometry(self, track: _Track, station: int) -> FloatArray:
-        """Return the standard deviations of odometry since the last station that fits [m, m, rad]."""
-        after = track.first + 1 + int(np.flatnonzero(track.scores).max(initial=0))
+        """Return the standard deviations of odometry since the last station that fits, or since the start [m, m, rad].
+
+        Those of the first station are those of the start.
+        """
+        after = track.first + 1 + int(np.flatnonzero(track.scores).max(initial=-1))
         reach: FloatArray = np.sqrt((self.priors.reaches[after : station + 1] ** 2).sum(axis=0))
         way = np.diff(self.priors.measured_poses[after : station + 1, :2], axis=0)
         reach[:2] += np.hypot(*way.T).sum() * reach[2]
@@ -240,10 +253,16 @@ class _Search:
 
 
 def _best(tracks: Sequence[_Track]) -> list[_Track]:
-    """Return the tracks that are not far worse than the best one and lead to different poses, the best first."""
-    totals = np.array([each.total for each in tracks])
-    kept = apart(np.array([each.poses[-1] for each in tracks]), totals, most=_MAX_TRACKS)
-    return [tracks[each] for each in kept if totals[each] >= totals.max() - _MAX_LOSS]
+    """Return the tracks that are not far worse than the best one and lead to different poses, the best first.
+
+    A track in the map and one outside of it differ at the same pose: odometry may be off by more in the second one.
+    """
+    totals, ends = (np.array(each) for each in zip(*((each.total, each.poses[-1]) for each in tracks), strict=True))
+    inside = np.array([each.scores[-1] > 0.0 for each in tracks])
+    groups = (np.flatnonzero(each) for each in (inside, ~inside))
+    kept = np.concatenate([group[apart(ends[group], totals[group], most=_MAX_TRACKS)] for group in groups])
+    ranked = kept[np.argsort(-totals[kept], kind="stable")]
+    return [tracks[each] for each in ranked if totals[each] >= totals.max() - _MAX_LOSS]
 
 
 def _begun(search: _Search, start: FloatArray | None) -> list[_Track]:
