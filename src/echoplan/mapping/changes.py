@@ -6,8 +6,8 @@ do not detect it. A wall that many earlier stations detected may still be in the
 station detects it, and more of them looked at its place. A wall is new if it is only in the new map, and the earlier
 recordings looked at its place in the same way. Where nobody looked, nothing is reported. What a map inferred is neither
 gone nor new, and neither is a wall that is longer or shorter than before by less than the 95 % interval of its end. For
-cylinders, only lines of sight and the path count; round walls are never reported, as no lines of sight to them are
-kept.
+cylinders, only lines of sight and the path count, and those of the recordings that show a cylinder must not lead
+through it, as they do through a false one; round walls are never reported, as no lines of sight to them are kept.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -143,9 +143,9 @@ def find_changes(before: FeatureMap, after: FeatureMap, *, earlier: Looks, later
     """
     return Changes(
         gone_walls=_absent(_pieces(before, after, looks=earlier), later),
-        gone_cylinders=_absent_cylinders(_only(before, after), later),
+        gone_cylinders=_moved(_only(before, after), there=earlier, absent=later),
         new_walls=_absent(_pieces(after, before, looks=later), earlier),
-        new_cylinders=_absent_cylinders(_only(after, before), earlier),
+        new_cylinders=_moved(_only(after, before), there=later, absent=earlier),
     )
 
 
@@ -185,10 +185,11 @@ def _absent(pieces: Sequence[Wall], looks: Looks) -> tuple[FloatArray, ...]:
     return tuple(piece.endpoints_xy for piece, absent in zip(pieces, is_absent, strict=True) if absent)
 
 
-def _absent_cylinders(cylinders: Sequence[Cylinder], looks: Looks) -> tuple[Cylinder, ...]:
-    """Return those cylinders through whose places stations looked or the robot drove."""
-    is_absent = looks.passed(_discs(cylinders)) >= 1.0
-    return tuple(each for each, absent in zip(cylinders, is_absent, strict=True) if absent)
+def _moved(cylinders: Sequence[Cylinder], *, there: Looks, absent: Looks) -> tuple[Cylinder, ...]:
+    """Return those cylinders that one side looked or drove through, and the side whose map has them did not."""
+    discs = _discs(cylinders)
+    counts = (absent.passed(discs) >= 1.0) & (there.passed(discs) < 1.0)
+    return tuple(each for each, moved in zip(cylinders, counts, strict=True) if moved)
 
 
 def _trimmed(views: FloatArray) -> shapely.STRtree:

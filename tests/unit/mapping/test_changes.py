@@ -140,9 +140,9 @@ def test_what_the_robot_drove_through_is_gone_or_new(path: ArrayLike, *, drove_t
     nobody, driven = np.zeros((0, 2, 2)), np.array(path)
     post = pillar(2.0, 0.2)
     empty, full = room(EAST), room(EAST, BOX, cylinders=(post,))
-    found = changes(full, empty, later=nobody, paths=(NOWHERE, driven))
+    found = changes(full, empty, earlier=nobody, later=nobody, paths=(NOWHERE, driven))
     assert (len(found.gone_walls), len(found.gone_cylinders)) == (drove_through, drove_through)
-    found = changes(empty, full, earlier=nobody, paths=(driven, NOWHERE))
+    found = changes(empty, full, earlier=nobody, later=nobody, paths=(driven, NOWHERE))
     assert (len(found.new_walls), len(found.new_cylinders)) == (drove_through, drove_through)
     assert not changes(full, empty, later=nobody, paths=(driven, NOWHERE))
 
@@ -281,10 +281,20 @@ def test_the_wall_that_a_view_ends_at_is_not_crossed() -> None:
     assert not changes(room(BOX), room(EAST, BOX))
 
 
+# Views that lead through one of two pillars each.
+LOW, HIGH = VIEW, VIEW + np.array([0.0, 0.5])
+HERE, THERE = pillar(1.0, 0.6), pillar(3.0, 0.1)
+
+
 def test_cylinders_are_gone_and_new() -> None:
-    found = changes(room(EAST, cylinders=(pillar(1.0, 0.1),)), room(EAST, cylinders=(pillar(3.0, 0.1),)))
-    assert [each.center_xy.tolist() for each in found.gone_cylinders] == [[1.0, 0.1]]
+    found = changes(room(EAST, cylinders=(HERE,)), room(EAST, cylinders=(THERE,)), earlier=LOW, later=HIGH)
+    assert [each.center_xy.tolist() for each in found.gone_cylinders] == [[1.0, 0.6]]
     assert [each.center_xy.tolist() for each in found.new_cylinders] == [[3.0, 0.1]]
+
+
+def test_a_false_cylinder_through_which_its_own_recording_looks_is_neither_gone_nor_new() -> None:
+    both = np.concatenate([LOW, HIGH])
+    assert not changes(room(EAST, cylinders=(HERE,)), room(EAST, cylinders=(THERE,)), earlier=both, later=both)
 
 
 def test_a_cylinder_beside_all_views_is_neither_gone_nor_new() -> None:
