@@ -3,8 +3,7 @@
 Maps recordings of the kinds in ``library.populations`` with all rules, and again with one rule switched off at a time.
 Prints, rule by rule, on how many recordings the map changes at all, and which measures become worse or better beyond
 the tolerances of ``gate.py``: recall, precision, error and 95 % ellipses of walls, corners and cylinders, and CPU time.
-A rule that changes nothing on the kind of recordings it was made for can be removed; a new rule needs a row here.  In
-no kind do wheels slip, so these recordings say nothing for or against the rule for that.
+A rule that changes nothing on the kind of recordings it was made for can be removed; a new rule needs a row here.
 
 ``--list`` prints the rules.  ``--hold-out`` takes recordings at which nobody looks while a rule is chosen.
 """

@@ -6,7 +6,7 @@ are present), maps each with the code of the baseline and with the code of this 
 compares the maps to the last bit.  Renamed keys (``RENAMED``) do not count, neither do the settings of the run nor the
 wording of the verdict.  Prints the first difference of each map, and exits with status 1 if there is one.
 
-``--statistical`` is for changes that may change maps.  It maps 258 recordings of seven kinds (``library.populations``)
+``--statistical`` is for changes that may change maps.  It maps 306 recordings of nine kinds (``library.populations``)
 with both versions and compares, kind by kind: recall and precision of walls, corners and cylinders (at most one object
 in 200 may be lost), the median and the 95th percentile of their errors (at most 5 % greater), the share of true objects
 within 95 % ellipses (at most 1.5 % lower), and CPU time (at most 20 % more).  ``--hold-out`` takes other recordings, at

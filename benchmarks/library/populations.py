@@ -1,12 +1,14 @@
 """Kinds of simulated recordings on which two versions of the estimator are compared."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from shapely import LineString, Polygon
 
-from echoplan.geometry import directions
+from echoplan.arrays import FloatArray
+from echoplan.geometry import compose, directions, invert
 from echoplan.model import Polyline, Rig, Route, Sweep, Truth, World
 from echoplan.simulation import Simulation
 from library.flats import random_flat
@@ -18,7 +20,9 @@ __all__ = [
     "POPULATIONS",
     "Population",
     "Recording",
+    "bent_room",
     "by_hand",
+    "faulty_drive",
     "random_round_room",
     "random_soft_room",
     "rays",
@@ -61,6 +65,57 @@ def rays(seed: int) -> Recording:
 def drive_with_specified_odometry(seed: int) -> Simulation:
     """Drive with a rig file that specifies half of the errors of the odometry."""
     return random_drive(seed, Drive(specified=0.5))
+
+
+def faulty_drive(seed: int) -> Recording:
+    """Drive with five times the errors that the rig file specifies; a wheel slips once, and one pose is wrong."""
+    simulation, rng = random_drive(seed, Drive(specified=0.2)), np.random.default_rng((seed, 23))
+    sweeps = list(simulation)
+    slipped, pushed = (int(each) for each in rng.choice(np.arange(2, len(sweeps) - 1), 2, replace=False))
+    sweeps[slipped:] = _displaced(sweeps[slipped:], rng)
+    sweeps[pushed : pushed + 1] = _displaced(sweeps[pushed : pushed + 1], rng)
+    return _recorded(simulation, sweeps)
+
+
+def _displaced(sweeps: Sequence[Sweep], rng: np.random.Generator) -> list[Sweep]:
+    """Record other poses: the first one is off by 5 to 20 cm and up to 15 degrees, all others with it."""
+    first, bearing = sweeps[0].station, rng.uniform(0.0, math.tau)
+    off = [*(rng.uniform(0.05, 0.2) * directions(bearing)), rng.uniform(-1.0, 1.0) * math.radians(15.0)]
+    error = compose(compose(first, off), invert(first))
+    return [replace(sweep, map_from_base=compose(error, sweep.map_from_base)) for sweep in sweeps]
+
+
+def bent_room(seed: int) -> Recording:
+    """Place a robot by hand in a room with a wall that bends by 4 to 8 degrees, and with a board of 2 cm."""
+    simulation, rng = random_simulation(seed), np.random.default_rng((seed, 29))
+    room, *others = simulation.world.polylines
+    points, side = room.points_xy, int(rng.integers(len(room.points_xy)))
+    ends = points[[side, (side + 1) % len(points)]]
+    bend = ends.mean(axis=0) + _outward(ends, points.mean(axis=0)) * math.tan(math.radians(rng.uniform(2.0, 4.0)))
+    bent = Polyline(points_xy=np.insert(points, side + 1, bend, axis=0), closed=True)
+    board = _board(points, simulation.route.map_from_base[:, :2], rng)
+    simulation = replace(simulation, world=replace(simulation.world, polylines=(bent, *others, board)))
+    return _recorded(simulation, measured_by_hand(list(simulation), seed))
+
+
+def _outward(ends: FloatArray, center_xy: FloatArray) -> FloatArray:
+    """Return the normal of a side away from the centre, half as long as the side."""
+    half = 0.5 * (ends[1] - ends[0])
+    normal: FloatArray = np.array([half[1], -half[0]])
+    return normal if normal @ (ends[0] - center_xy) > 0.0 else -normal
+
+
+def _board(outline: FloatArray, path_xy: FloatArray, rng: np.random.Generator) -> Polyline:
+    """Return a board of 0.6 m by 2 cm in a room, away from its walls and from the path of the robot."""
+    free = Polygon(outline).buffer(-0.1).difference(LineString(path_xy).buffer(0.2))
+    low, high = outline.min(axis=0), outline.max(axis=0)
+    while True:
+        along = directions(rng.uniform(0.0, math.tau))
+        across = np.array([-along[1], along[0]])
+        corners = [0.3 * u * along + 0.01 * v * across for u, v in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+        board = rng.uniform(low, high) + np.array(corners)
+        if free.contains(Polygon(board)):
+            return Polyline(points_xy=board, closed=True)
 
 
 def random_soft_room(seed: int) -> Simulation:
@@ -116,4 +171,6 @@ POPULATIONS: Mapping[str, Population] = {
     "rays": Population(make=rays, size=24),
     "soft walls": Population(make=random_soft_room, size=24),
     "flats": Population(make=random_flat, size=12),
+    "faulty drives": Population(make=faulty_drive, size=24),
+    "bent walls": Population(make=bent_room, size=24),
 }
