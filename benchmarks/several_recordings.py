@@ -7,8 +7,8 @@
    as exact if nothing else than the cupboard is reported, at its former place as gone and at its present place as new;
    parts of it that the robot did not look at again may be missing.
 
-Prints both, and the seeds in which something went wrong.  Seeds 0 to 9, 1000 to 1005, 3000 to 3169, and 3190 to 3202
-were used for development.
+Prints both, and the seeds in which something went wrong.  Seeds 0 to 9, 1000 to 1005, 3000 to 3202, and 3217 were
+used for development.
 """
 
 import argparse
