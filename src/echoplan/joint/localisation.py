@@ -11,7 +11,7 @@ returned. The estimator then goes on from the likeliest one.
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -50,8 +50,8 @@ _MAX_OPTIMISED, _ROUNDS = 20, 3
 # Optimisation begins with this multiple of the noise of the readings, as scan matching errs by centimetres.
 _COARSE = 4.0
 # Share of a perfect score that echoes of another place may reach by chance: a station that has less may be outside of
-# the map. In eight maps of other rooms six stations reach 0.15 to 0.31, in those of their own rooms 0.36 to 0.70.
-_CHANCE = 0.25
+# the map.
+_MIN_FIT = 0.25
 
 
 def localise(
@@ -60,7 +60,6 @@ def localise(
     *,
     rig: Rig,
     start: FloatArray | None = None,
-    chance: float = _CHANCE,
     settings: JointSettings | None = None,
 ) -> Localisation:
     """Find the poses of a recording in a map.
@@ -75,9 +74,6 @@ def localise(
         Sensors that recorded the sweeps.
     start : ndarray, shape (3,), optional
         About where the first sweep was made: x, y and yaw in the frame of the map [m, m, rad]. Anywhere by default.
-    chance : float, optional
-        Share of a perfect score that echoes of another place may reach by chance. The greater it is, the more surely a
-        robot that went on to a place outside of the map does not count as carried elsewhere.
     settings : JointSettings, optional
         Settings of the estimator.
 
@@ -100,13 +96,11 @@ def localise(
     estimate, stations = _initial(sweeps, rig, settings=settings)
     landmarks, _ = known_landmarks(feature_map)
     priors = odometry_prior(stations.poses, settings.pose_errors, estimate.odometry_noise)
-    scans = local_scans_of(estimate)
     search = _Search(
-        scans=scans,
+        scans=local_scans_of(estimate),
         landmark_map=LandmarkMap.of(landmarks, np.zeros((0, 2))),
         grid=pose_grid(np.concatenate([*(wall.endpoints_xy for wall in feature_map.walls), feature_map.poses[:, :2]])),
         priors=priors._replace(sigmas=np.concatenate([[_START_SIGMAS], priors.sigmas[1:]])),
-        chance=chance * np.array(list(map(partial(best_score, settings=settings.localisation), scans))),
         settings=settings,
     )
     followed = _followed(search, None if start is None else start - origin)
@@ -183,17 +177,18 @@ class _Track(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class _Search:
-    """What poses are searched with: scans of the stations, map, grid of poses and prior of odometry.
-
-    ``chance`` are the scores that echoes of another place may reach by chance, shape (s,) [nats].
-    """
+    """What poses are searched with: scans of the stations, map, grid of poses and prior of odometry."""
 
     scans: Sequence[LocalScan]
     landmark_map: LandmarkMap
     grid: FloatArray
     priors: PosePrior
-    chance: FloatArray
     settings: EstimateSettings
+
+    @cached_property
+    def chance(self) -> FloatArray:
+        """Scores that echoes of another place may reach by chance, shape (s,) [nats]."""
+        return _MIN_FIT * np.array([best_score(each, self.settings.localisation) for each in self.scans])
 
     def begun(self, station: int, start: FloatArray | None = None) -> list[_Track]:
         """Return the poses at which a station fits, near a start or anywhere, the best first; there may be none."""

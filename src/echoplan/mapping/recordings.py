@@ -33,9 +33,6 @@ OneOrSeveral: TypeAlias = AnySource | Sequence[AnySource]
 # Numbers of stations by which a recording is located, in this order: more of them decide between rooms that look alike,
 # but perhaps only its beginning lies in the map.
 _STATIONS = (24, 12, 6, 4, 3)
-# Share of a perfect score that echoes of another place may reach by chance: most recordings go on to rooms that are not
-# in the map yet, and rooms of one flat are more alike than those of two.
-_CHANCE = 0.33
 # Number of sweeps at the beginning that may fit the map nowhere.
 _LOST = 3
 # Greatest median distance between the first poses in the map and the located ones [m]. Located poses err by less than
@@ -347,7 +344,7 @@ def _located(sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig, start: Flo
     Some echoes may not fit the map: furniture may have been moved.
     """
     try:
-        found = localise(sweeps, known, rig=rig, start=start, chance=_CHANCE)
+        found = localise(sweeps, known, rig=rig, start=start)
     except InvalidValueError:
         return None
     return None if assess_localisation(found, known).verdict is Verdict.FAILED else found
