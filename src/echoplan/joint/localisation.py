@@ -29,7 +29,7 @@ from echoplan.joint.optimisation.odometry_noise import VERY_STRONG
 from echoplan.joint.optimisation.pose_factors import PosePrior, at_poses, dead_reckoned, odometry_prior
 from echoplan.joint.pose_correction.consistency import inlier_ratio
 from echoplan.joint.pose_correction.pose_tracking import local_scans_of
-from echoplan.joint.search.global_search import SAME_PLACE, apart, find_poses, pose_grid
+from echoplan.joint.search.global_search import SAME_PLACE, SAME_POSE, apart, find_poses, pose_grid
 from echoplan.joint.search.scan_matching import LandmarkMap, LocalScan, best_score, locate
 from echoplan.joint.settings import EstimateSettings
 from echoplan.joint.trajectory import joined
@@ -226,14 +226,14 @@ class _Search:
         # What a robot detects outside of the map fits somewhere in it by chance, so only more than that speaks for a
         # robot that was carried there.
         gain = track.gain - chance if track.before else track.gain
-        yield track._replace(poses=self._with(pose, track), scores=np.append(track.scores, score), gain=gain)
+        yield track._replace(poses=self._extended(track, pose), scores=np.append(track.scores, score), gain=gain)
         if score < chance:
             yield track._replace(poses=np.append(track.poses, [guess], axis=0), scores=np.append(track.scores, 0.0))
 
-    def _with(self, pose: FloatArray, track: _Track) -> FloatArray:
+    def _extended(self, track: _Track, pose: FloatArray) -> FloatArray:
         """Return the poses of a track and of the next station.
 
-        Those of stations that do not fit follow from this pose as long as no other one fits.
+        If no station fitted before, the poses of all of them follow from this one by odometry.
         """
         if track.scores.any():
             return np.append(track.poses, [pose], axis=0)
@@ -241,9 +241,9 @@ class _Search:
         return compose(pose, compose(invert(measured[-1]), measured))
 
     def _reach_of_odometry(self, track: _Track, station: int) -> FloatArray:
-        """Return the standard deviations of odometry since the last station that fits, or since the start [m, m, rad].
+        """Return the standard deviations of odometry since the last station that fits [m, m, rad].
 
-        Those of the first station are those of the start.
+        If none fits, they are those since the start, and contain those of the start.
         """
         after = track.first + 1 + int(np.flatnonzero(track.scores).max(initial=-1))
         reach: FloatArray = np.sqrt((self.priors.reaches[after : station + 1] ** 2).sum(axis=0))
@@ -257,12 +257,18 @@ def _best(tracks: Sequence[_Track]) -> list[_Track]:
 
     A track in the map and one outside of it differ at the same pose: odometry may be off by more in the second one.
     """
-    totals, ends = (np.array(each) for each in zip(*((each.total, each.poses[-1]) for each in tracks), strict=True))
-    inside = np.array([each.scores[-1] > 0.0 for each in tracks])
-    groups = (np.flatnonzero(each) for each in (inside, ~inside))
-    kept = np.concatenate([group[apart(ends[group], totals[group], most=_MAX_TRACKS)] for group in groups])
-    ranked = kept[np.argsort(-totals[kept], kind="stable")]
-    return [tracks[each] for each in ranked if totals[each] >= totals.max() - _MAX_LOSS]
+    inside = [each for each in tracks if each.scores[-1] > 0.0]
+    outside = [each for each in tracks if each.scores[-1] <= 0.0]
+    kept = [*_apart(inside, most=_MAX_TRACKS), *_apart(outside, most=_MAX_TRACKS)]
+    ranked = sorted(kept, key=lambda each: each.total, reverse=True)
+    return [each for each in ranked if each.total >= ranked[0].total - _MAX_LOSS]
+
+
+def _apart(tracks: Sequence[_Track], *, most: int, same: tuple[float, float] = SAME_POSE) -> list[_Track]:
+    """Return the best tracks that lead to different poses, the best first."""
+    ends = np.array([each.poses[-1] for each in tracks]).reshape(-1, 3)
+    totals = np.array([each.total for each in tracks])
+    return [tracks[each] for each in apart(ends, totals, most=most, same=same)]
 
 
 def _begun(search: _Search, start: FloatArray | None) -> list[_Track]:
@@ -304,8 +310,7 @@ def _parts(tracks: Sequence[_Track]) -> list[list[_Track]]:
 
 def _weighed(tracks: Sequence[_Track], *, estimate: Estimate, feature_map: FeatureMap, rig: Rig) -> list[_Track]:
     """Return the best track of each place with its weight at optimised poses, the likeliest first."""
-    ends, totals = np.array([each.poses[-1] for each in tracks]), np.array([each.total for each in tracks])
-    tracks = [tracks[each] for each in apart(ends, totals, most=_MAX_OPTIMISED, same=SAME_PLACE)]
+    tracks = _apart(tracks, most=_MAX_OPTIMISED, same=SAME_PLACE)
     if len(tracks) == 1:
         return tracks
     optimised = [_optimised(each, estimate, feature_map=feature_map, rig=rig) for each in tracks]

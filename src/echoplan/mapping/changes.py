@@ -6,8 +6,8 @@ do not detect it. A wall that many earlier stations detected may still be in the
 station detects it, and more of them looked at its place. A wall is new if it is only in the new map, and the earlier
 recordings looked at its place in the same way. Where nobody looked, nothing is reported. What a map inferred is neither
 gone nor new, and neither is a wall that is longer or shorter than before by less than the 95 % interval of its end. For
-cylinders, only lines of sight and the path count, and those of the recordings that show a cylinder must not lead
-through it, as they do through a false one; round walls are never reported, as no lines of sight to them are kept.
+cylinders, only lines of sight and the path count; one through which the recordings that show it looked as well is
+probably false, and not reported. Round walls are never reported, as no lines of sight to them are kept.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -186,7 +186,7 @@ def _absent(pieces: Sequence[Wall], looks: Looks) -> tuple[FloatArray, ...]:
 
 
 def _moved(cylinders: Sequence[Cylinder], *, there: Looks, absent: Looks) -> tuple[Cylinder, ...]:
-    """Return those cylinders that one side looked or drove through, and the side whose map has them did not."""
+    """Return the cylinders through which the recordings without them looked or drove, and those with them did not."""
     discs = _discs(cylinders)
     counts = (absent.passed(discs) >= 1.0) & (there.passed(discs) < 1.0)
     return tuple(each for each, moved in zip(cylinders, counts, strict=True) if moved)
