@@ -63,7 +63,6 @@ RULES: Mapping[str, Mapping[str, Any]] = {
     # The search.
     "soft walls": {"echoplan.joint.likelihood.hypothesis._CLEAR_STATIONS": 10**6},
     "one wall or cylinder as several walls": {f"{_SEARCH}.search.split_joined_walls": _unchanged(1)},
-    "corner as two walls": {f"{_SEARCH}.model_moves._AT_LAST": ()},
     "other classes": {f"{_ESTIMATE}.reclassified": _unchanged(1)},
     "corner on walls": {f"{_SEARCH}.model_moves._spared_walls": _constant(0)},
     "corner for a short wall": {f"{_SEARCH}.model_moves._crossings": _constant([])},
@@ -100,14 +99,12 @@ RULES: Mapping[str, Mapping[str, Any]] = {
         f"{_MARGINAL}.estimate_right_angles": _constant(None),
     },
     "estimated shared error of readings": {f"{_MODELS}.estimate_shared_bias": _unchanged()},
-    "duplicates that are two": {f"{_POSES}.consistency._are_two": _constant(value=False)},
     # The map.
     "copies of segments": {f"{_MAP}.segments._without_copies": _unchanged()},
     "cuts at fronts": {f"{_MAP}.segments.fronts_of": _constant([])},
     "ends at corners": {f"{_MAP}.segments.corners_on": _constant([])},
     "bodies": {f"{_MAP}.bodies.Bodies.hide": lambda *arguments: 0.0 * arguments[1][:, 0]},
     "far-fetched corners": {f"{_MAP}.corners._is_far_fetched": _constant(value=False)},
-    "corners over segments": {f"{_MAP}.corners._goes_over_another": _constant(value=False)},
     "corners past corners": {f"{_MAP}.corners._ends_before": _constant(value=False)},
 }
 ALL = "all rules"

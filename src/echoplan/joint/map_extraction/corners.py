@@ -82,8 +82,7 @@ def find_vertices(segments: Sequence[Segment], echoes: Echoes, settings: CornerS
     found = [_vertex(segments, pair, echoes, settings) for pair in pairs]
     vertices: list[Vertex] = []
     taken: set[tuple[int, bool]] = set()
-    apart = [each for each in found if each is not None and not _goes_over_another(segments, each)]
-    for vertex in sorted(apart, key=lambda each: each.cost):
+    for vertex in sorted((each for each in found if each is not None), key=lambda each: each.cost):
         ends = set(zip(vertex.segments, vertex.upper, strict=True))
         if not ends & taken:
             vertices.append(vertex)
@@ -115,16 +114,6 @@ def _vertex(
         echo=echo,
         cost=_cost(extensions, detected=detected),
     )
-
-
-def _goes_over_another(segments: Sequence[Segment], vertex: Vertex) -> bool:
-    """Return True if a segment would be extended across another one of its line."""
-    for segment in (segments[each] for each in vertex.segments):
-        place = float(vertex.position_xy @ segment.along)
-        others = [each for each in segments if each.owner == segment.owner and each is not segment]
-        if any(segment.high <= each.low < place or place < each.high <= segment.low for each in others):
-            return True
-    return False
 
 
 def _cost(extensions: Sequence[float], *, detected: bool) -> float:

@@ -1,24 +1,17 @@
 """Consistency of an estimate with its poses, and the log evidence by which pose models are compared."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from echoplan.arrays import FloatArray
-from echoplan.geometry import along, signed_distances, wrap
 from echoplan.joint.estimate import Estimate
-from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.hypothesis_scores import missed
 from echoplan.joint.likelihood.ping_scores import UNCERTAIN
 from echoplan.joint.optimisation.effective_sample_size import (
     gain_of_common_errors,
     intraclass_correlation,
 )
-from echoplan.joint.optimisation.odometry_noise import VERY_STRONG
-from echoplan.joint.optimisation.optimiser import optimise
 from echoplan.joint.optimisation.pose_factors import PosePrior, pose_factors, waypoint_prior
-from echoplan.joint.optimisation.solution import Solution
-from echoplan.joint.search.duplicates import cross, duplicate_pairs, without_duplicates
+from echoplan.joint.search.duplicates import without_duplicates
 
 __all__ = [
     "agrees",
@@ -75,13 +68,8 @@ def stations_disagree(estimate: Estimate) -> bool:
 
     Shared errors are measured by the intraclass correlation of the residuals. The result is True without a solution.
     """
-    if estimate.solution is None:
+    if estimate.solution is None or _copies(estimate):
         return True
-    if _copies(estimate):
-        odometry = estimate.odometry()
-        free = optimise(*estimate.problem(estimate.noise, odometry))
-        if not _are_two(estimate, estimate.with_solution(free, odometry).features, free, covariance=free.covariance):
-            return True
     owners, left = estimate.solution.owners, estimate.solution.residuals
     icc = intraclass_correlation(estimate.measurements, owners, left, noise=estimate.noise)
     # Errors of the sonar model are shared as well, but are smaller than the least noise of a reading.
@@ -143,29 +131,6 @@ def pose_pulls(estimate: Estimate, pose_prior: PosePrior) -> FloatArray:
 def _copies(estimate: Estimate) -> int:
     """Return the number of walls that appear to be duplicates."""
     return len(estimate.features) - len(without_duplicates(estimate.features, estimate.settings.duplicates))
-
-
-def _are_two(estimate: Estimate, features: Sequence[Hypothesis], free: Solution, *, covariance: FloatArray) -> bool:
-    """Return whether all apparent duplicates are two distinct walls, even if poses have the usual errors of odometry.
-
-    Where the stations that detected either wall share enough other landmarks, the distance between both walls is known
-    well even with free poses. This requires that the pings are explained, so that the shared landmarks are associated
-    correctly, and that no two of these walls cross. ``features`` are the landmarks in the solution with free poses.
-    """
-    pairs = duplicate_pairs(estimate.features, estimate.settings.duplicates)
-    if not agrees(estimate) or any(cross(estimate.features[one], estimate.features[other]) for one, other in pairs):
-        return False
-    for pair in pairs:
-        # Half of the squared Mahalanobis distance between both walls.
-        lines, middle = free.reflectors[list(pair), 1:3], features[pair[1]].ends_xy.mean(axis=0)
-        offsets, beside = signed_distances(lines, middle), along(lines, middle)
-        apart = np.array([wrap(lines[0, 0] - lines[1, 0]), offsets[0] - offsets[1]])
-        jacobian = np.array([[1.0, 0.0, -1.0, 0.0], [beside[0], -1.0, -beside[1], 1.0]])
-        places = (free.layout.starts[list(pair)][:, None] + np.arange(2)).ravel()
-        of_both = jacobian @ covariance[np.ix_(places, places)] @ jacobian.T
-        if 0.5 * float(apart @ np.linalg.solve(of_both, apart)) <= VERY_STRONG:
-            return False
-    return True
 
 
 def _gain_of_common_errors(estimate: Estimate) -> float:

@@ -2,13 +2,12 @@
 
 import math
 from collections.abc import Sequence
-from itertools import combinations
 from typing import NamedTuple
 
-from echoplan.geometry import crosses_segments, signed_distances
+from echoplan.geometry import signed_distances
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 
-__all__ = ["DuplicateSettings", "are_duplicates", "cross", "duplicate_pairs", "without_duplicates"]
+__all__ = ["DuplicateSettings", "are_duplicates", "without_duplicates"]
 
 
 class DuplicateSettings(NamedTuple):
@@ -34,12 +33,6 @@ def without_duplicates(features: Sequence[Hypothesis], settings: DuplicateSettin
     return kept
 
 
-def duplicate_pairs(features: Sequence[Hypothesis], settings: DuplicateSettings) -> list[tuple[int, int]]:
-    """Return the indices of all pairs of walls that may be duplicates."""
-    numbers = combinations(range(len(features)), 2)
-    return [(one, other) for one, other in numbers if _may_be_one(features[one], features[other], settings)]
-
-
 def are_duplicates(one: Hypothesis, other: Hypothesis, settings: DuplicateSettings) -> bool:
     """Return True if two walls may be the same one; False if either landmark is no wall."""
     if not (one.is_wall and other.is_wall):
@@ -49,12 +42,6 @@ def are_duplicates(one: Hypothesis, other: Hypothesis, settings: DuplicateSettin
     beside = min(_beside(one, other), _beside(other, one))
     apart = max(one.extent[0] - other.extent[1], other.extent[0] - one.extent[1])
     return beside < settings.normal_distance_gate and apart < settings.gap_gate
-
-
-def cross(one: Hypothesis, other: Hypothesis) -> bool:
-    """Return True if the extents of two walls intersect, which is impossible for real walls."""
-    start, end = one.ends_xy
-    return bool(crosses_segments([start], [end], other.ends_xy).any())
 
 
 def _may_be_one(one: Hypothesis, other: Hypothesis, settings: DuplicateSettings) -> bool:

@@ -1,14 +1,14 @@
 """Model moves: change of class and split of landmarks, given all others."""
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
 
 from echoplan.acoustics.predicted_echo import Kind
 from echoplan.arrays import FloatArray
-from echoplan.geometry import directions, intersections, wrap
+from echoplan.geometry import directions, intersections
 from echoplan.joint.likelihood.hypothesis import Hypothesis
 from echoplan.joint.likelihood.ping_likelihood import PingLikelihood
 from echoplan.joint.search.acceptance import AcceptanceTest
@@ -23,21 +23,16 @@ __all__ = ["reclassified", "split_joined_walls"]
 _FEW_STATIONS = 3
 # Greatest distance of a corner from the walls that form it, and from a short wall that it may replace [m].
 _ON, _AT = 0.03, 0.1
-# Least angle between the normals of both faces of a thin wall [rad].
-_OPPOSITE = math.radians(170.0)
-# Classes that may join walls, during the search and at the end.
-_JOINING, _AT_LAST = (Kind.CYLINDER, Kind.WALL), (Kind.CORNER,)
 
 
 def reclassified(
     likelihood: PingLikelihood, features: Sequence[Hypothesis], acceptance: AcceptanceTest
 ) -> list[Hypothesis]:
-    """Replace landmarks by another class, or corners by two walls, where that explains the pings better.
+    """Replace landmarks by another class where that explains the pings better.
 
-    Walls may become any class, corners and edges only walls: an object in a corner is hidden by it. Both faces of a
-    thin wall, detected opposite to each other, look like a corner that is detected from everywhere.
+    Walls may become any class, corners and edges only walls: an object in a corner is hidden by it.
     """
-    kept = split_joined_walls(likelihood, list(features), acceptance, kinds=_AT_LAST)
+    kept = list(features)
     for place, feature in enumerate(kept):
         if feature.is_known or feature.kind is Kind.CYLINDER:
             continue
@@ -105,19 +100,15 @@ def _is_at(wall: Hypothesis, point_xy: FloatArray) -> bool:
 
 
 def split_joined_walls(
-    likelihood: PingLikelihood,
-    features: list[Hypothesis],
-    acceptance: AcceptanceTest,
-    *,
-    kinds: Collection[Kind] = _JOINING,
+    likelihood: PingLikelihood, features: list[Hypothesis], acceptance: AcceptanceTest
 ) -> list[Hypothesis]:
-    """Replace landmarks by walls, one for each of a few stations, where these explain the pings better.
+    """Replace walls and cylinders by walls, one for each of a few stations, where these explain the pings better.
 
     Any two walls detected from one station each have a cylinder that touches both, with fewer parameters. But its echo
     would be weaker, and detectable over a narrower angle. Faces of two boxes that are nearly in line look like one
-    wall, although the readings of each fit a slightly different line. ``kinds`` are the classes to check.
+    wall, although the readings of each fit a slightly different line.
     """
-    asked = [each for each in features if each.kind in kinds and _may_join(each, acceptance)]
+    asked = [each for each in features if each.kind in (Kind.CYLINDER, Kind.WALL) and _may_join(each, acceptance)]
     without = likelihood.log_densities_without(features) if asked else []
     for feature in asked:
         place = next(number for number, each in enumerate(features) if each is feature)
@@ -145,14 +136,7 @@ def _explain_more(walls: Sequence[Hypothesis], joining: Hypothesis, accept: floa
     gain = sum(each.llr for each in walls) - joining.llr
     if joining.kind is Kind.CYLINDER:
         return gain > 0.0
-    possible = len(walls) > 1 if joining.is_wall else _are_back_to_back(walls)
-    return possible and gain > accept * (len(walls) - 1)
-
-
-def _are_back_to_back(walls: Sequence[Hypothesis]) -> bool:
-    """Return True if two walls have opposite normals, like the faces of a thin wall."""
-    angles = [each.line[0] for each in walls]
-    return len(walls) == 2 and abs(float(wrap(angles[1] - angles[0]))) > _OPPOSITE
+    return len(walls) > 1 and gain > accept * (len(walls) - 1)
 
 
 def _walls_instead(

@@ -152,12 +152,6 @@ def test_segments_do_not_meet_beyond_a_free_cell() -> None:
     assert len(vertices_of(east(free=0.0, chance=0.0), north())) == 1
 
 
-def test_a_segment_is_not_extended_across_another_one_of_its_line() -> None:
-    here, there = (east((0.3, 0.8)), north((-0.8, -0.3))), (east((-0.8, -0.1)), north((0.1, 0.8)))
-    assert [each.segments for each in vertices_of(*there, echoes=corner_echoes(pings=20))] == [(0, 1)]
-    assert [each.segments for each in vertices_of(*there, *here, echoes=corner_echoes(pings=20))] == [(2, 3)]
-
-
 def test_a_segment_of_one_point_is_extended_to_a_corner() -> None:
     assert len(vertices_of(east((0.8, 0.8)), north((-0.8, -0.8)))) == 1
 

@@ -10,8 +10,6 @@ from echoplan.joint.likelihood.track_history import TrackHistory
 from echoplan.joint.search.duplicates import (
     DuplicateSettings,
     are_duplicates,
-    cross,
-    duplicate_pairs,
     without_duplicates,
 )
 
@@ -65,24 +63,9 @@ def test_only_walls_have_duplicates() -> None:
     assert without_duplicates([post, post], SETTINGS) == [post, post]
 
 
-def test_walls_cross_where_a_point_is_inside_both() -> None:
-    wall = face(0, 1.0, ends=(-1.0, 1.0))
-    assert cross(wall, face(5, 1.0, ends=(-1.0, 1.0)))
-    # At a bend they meet, or would if they were longer.
-    assert not cross(wall, face(5, 1.0, ends=(0.1, 1.0)))
-    assert not cross(face(5, 1.0, ends=(0.1, 1.0)), wall)
-    assert not cross(wall, face(0, 1.0, ends=(-1.0, 1.0)))
-
-
 def test_the_duplicate_with_the_greatest_ratio_is_kept() -> None:
     weak, strong, other = face(0, 1.0, llr=50), face(2, 1.02, llr=300), face(90, 1.0, llr=80)
     assert without_duplicates([weak, strong, other], SETTINGS) == [strong, other]
-
-
-def test_duplicate_pairs_are_all_pairs_that_may_be_one_wall() -> None:
-    wall, near, beyond, far = face(0, 1.0, llr=200), face(0, 1.05), face(0, 1.09, llr=20), face(90, 1.0)
-    assert duplicate_pairs([wall, near, beyond, far], SETTINGS) == [(0, 1), (1, 2)]
-    assert near not in without_duplicates([wall, near, beyond, far], SETTINGS)
 
 
 def test_no_landmarks_have_no_duplicates() -> None:

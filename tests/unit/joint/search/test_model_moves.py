@@ -59,18 +59,6 @@ def test_a_corner_does_not_become_a_cylinder() -> None:
     assert features[4].reflector.tolist() == vertex.tolist()
 
 
-def test_a_corner_detected_from_both_sides_of_a_thin_wall_becomes_two_walls() -> None:
-    left, right = wall(0.0, 0.6), wall(np.pi, -0.6)
-    stations = listening([(0.0, 0.0), (-0.4, 0.05), (1.4, 0.02)])
-    estimate = likelihood(pings_of(stations, [left, right], noise=NOISE, rng=np.random.default_rng(1)))
-    assert rescored(estimate, [corner(0.6, 0.02)])[0].llr > 12.0
-    features = after_selection(estimate, corner(0.6, 0.02))
-    assert sorted(each.line.tolist() for each in features) == [
-        pytest.approx([0.0, 0.6], abs=0.02),
-        pytest.approx([np.pi, -0.6], abs=0.02),
-    ]
-
-
 def across(x: float, y: float, degrees: float) -> FloatArray:
     """Return a wall through a point."""
     angle = np.radians(degrees)
