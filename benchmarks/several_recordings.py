@@ -1,4 +1,4 @@
-"""Several recordings of one place: python benchmarks/several_recordings.py [FLATS] [--first SEED] [--only halves|days].
+"""Several recordings of one place: python benchmarks/several_recordings.py [FLATS] [--first SEED] [--only PART].
 
 1. Cuts a drive through a random flat in two, whose frames are 0.3 m and 20 degrees apart and which share four stations,
    maps both together, and compares the walls with the map of the whole drive and with the truth.
@@ -6,9 +6,11 @@
    reported as gone and as new.  At least three stations can detect a face of the cupboard at each place.  A day counts
    as exact if nothing else than the cupboard is reported, at its former place as gone and at its present place as new;
    parts of it that the robot did not look at again may be missing.
+3. Adds recordings that begin where the first one shows nothing: the second half of a drive backwards, and that of the
+   drive through the next flat.  They should be refused; the first of them may also be joined if its poses are right.
 
-Prints both, and the seeds in which something went wrong.  Seeds 0 to 9, 1000 to 1005, 3000 to 3202, and 3217 were
-used for development.
+PART is halves, days or unrelated.  Prints all, and the seeds in which something went wrong.  Seeds 0 to 9, 1000 to
+1005, 3000 to 3213, 3217, 3225, 3234, and 3300 were used for development.
 """
 
 import argparse
@@ -35,6 +37,9 @@ FLATS, FIRST = 20, 3000
 SHARED = 4
 # Distance from the cupboard within which a change is of the cupboard [m].
 AT_CUPBOARD = 0.1
+# Median error of poses from which a recording counts as joined in the wrong place [m].
+WRONG = 0.2
+REFUSED, RIGHT, JOINED_WRONGLY = "refused", "joined rightly", "joined wrongly"
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -82,24 +87,37 @@ class Days:
         return self.changes[1].gone_walls, self.changes[1].new_walls
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Unrelated:
+    """What became of recordings that begin where the first one shows nothing."""
+
+    seed: int
+    backwards: str
+    next_flat: str
+
+
 def main() -> None:
     """Map everything and print the tables."""
     parser = argparse.ArgumentParser(description="Several recordings of one place.")
     parser.add_argument("flats", nargs="?", type=int, default=FLATS, metavar="FLATS")
     parser.add_argument("--first", type=int, default=FIRST, help="seed of the first flat")
-    parser.add_argument("--only", choices=("halves", "days"), help="do one of both")
+    parser.add_argument("--only", choices=("halves", "days", "unrelated"), help="do one part")
     parser.add_argument("--workers", type=int, default=os.cpu_count())
     arguments = parser.parse_args()
     seeds = range(arguments.first, arguments.first + arguments.flats)
-    halves, days = list[Halves](), list[Days]()
+    halves, days, others = list[Halves](), list[Days](), list[Unrelated]()
+    parts = (arguments.only,) if arguments.only else ("halves", "days", "unrelated")
     with ProcessPoolExecutor(arguments.workers) as pool:
-        if arguments.only != "days":
+        if "halves" in parts:
             halves += tracked(pool.map(in_halves, seeds), total=len(seeds), task="drives in two recordings")
             show(halves_table(halves))
-        if arguments.only != "halves":
+        if "days" in parts:
             days += tracked(pool.map(on_days, seeds), total=len(seeds), task="three days")
             show(days_table(days))
-    show(failures(halves, days))
+        if "unrelated" in parts:
+            others += tracked(pool.map(unrelated, seeds), total=len(seeds), task="unrelated recordings")
+            show(unrelated_table(others))
+    show(failures(halves, days, others))
 
 
 def in_halves(seed: int) -> Halves:
@@ -126,6 +144,43 @@ def on_days(seed: int) -> Days:
     except InputError as error:
         return Days(seed=seed, cupboard=cupboard, refused=str(error))
     return Days(seed=seed, cupboard=cupboard, changes=found.changes)
+
+
+def unrelated(seed: int) -> Unrelated:
+    """Add recordings that begin where the first half of a drive shows nothing."""
+    simulation, other = random_flat(seed), tuple(random_flat(seed + 1))
+    sweeps, rig = tuple(simulation), simulation.rig
+    half = len(sweeps) // 2
+    return Unrelated(
+        seed=seed,
+        backwards=outcome(
+            [sweeps[:half], backwards(sweeps[half - SHARED :])],
+            rig,
+            true=simulation.truth.poses[half - SHARED :][::-1],
+        ),
+        next_flat=outcome([sweeps[:half], other[len(other) // 2 :]], rig),
+    )
+
+
+def backwards(sweeps: Sequence[Sweep]) -> tuple[Sweep, ...]:
+    """Return sweeps in the opposite order, at the times of the original order."""
+    return tuple(
+        replace(sweep, index=at.index, stamps_ns=sweep.stamps_ns - sweep.stamps_ns[0] + at.stamps_ns[0])
+        for sweep, at in zip(reversed(sweeps), sweeps, strict=True)
+    )
+
+
+def outcome(recordings: Sequence[Sequence[Sweep]], rig: Rig, true: FloatArray | None = None) -> str:
+    """Map two recordings, and say whether the second one was refused or joined; ``true`` are its poses in the map."""
+    first, second = recordings
+    try:
+        found = mapped([first, in_frame_of_odometry(tuple(second), day=1)], rig)
+    except InputError:
+        return REFUSED
+    if true is None:
+        return JOINED_WRONGLY
+    off = np.hypot(*(found.poses[-len(true) :] - true)[:, :2].T)
+    return RIGHT if np.median(off) < WRONG else JOINED_WRONGLY
 
 
 def mapped(recordings: Sequence[Sequence[Sweep]], rig: Rig) -> FeatureMap:
@@ -202,14 +257,34 @@ def days_table(days: Sequence[Days]) -> Table:
     )
 
 
-def failures(halves: Sequence[Halves], days: Sequence[Days]) -> Table:
+def unrelated_table(others: Sequence[Unrelated]) -> Table:
+    """Count what became of recordings that begin where the first one shows nothing."""
+    outcomes = {
+        "the second half backwards": [each.backwards for each in others],
+        "the second half of another drive": [each.next_flat for each in others],
+    }
+    names = (REFUSED, RIGHT, JOINED_WRONGLY)
+    return Table(
+        title=f"Recordings that begin where the first one shows nothing, {len(others)} flats",
+        columns=("recording", *names),
+        rows=tuple((what, *(str(found.count(name)) for name in names)) for what, found in outcomes.items()),
+    )
+
+
+def failures(halves: Sequence[Halves], days: Sequence[Days], others: Sequence[Unrelated]) -> Table:
     """List the seeds in which something went wrong, and why."""
     refused = [(f"two recordings, {each.seed}", each.refused) for each in halves if each.refused]
     refused += [(f"three days, {each.seed}", each.refused) for each in days if each.refused]
     mapped_days = [each for each in days if not each.refused]
     loud = [(f"second day, {each.seed}", "something reported") for each in mapped_days if not each.is_quiet]
     inexact = [(f"third day, {each.seed}", "not exact") for each in mapped_days if not each.is_exact]
-    return Table(title="What went wrong", columns=("where", "what"), rows=(*refused, *loud, *inexact))
+    wrong = [
+        (f"{what}, {each.seed}", JOINED_WRONGLY)
+        for each in others
+        for what, found in (("backwards", each.backwards), ("of the next flat", each.next_flat))
+        if found == JOINED_WRONGLY
+    ]
+    return Table(title="What went wrong", columns=("where", "what"), rows=(*refused, *loud, *inexact, *wrong))
 
 
 if __name__ == "__main__":

@@ -60,6 +60,7 @@ def localise(
     *,
     rig: Rig,
     start: FloatArray | None = None,
+    carried_until: int | None = None,
     settings: JointSettings | None = None,
 ) -> Localisation:
     """Find the poses of a recording in a map.
@@ -74,6 +75,8 @@ def localise(
         Sensors that recorded the sweeps.
     start : ndarray, shape (3,), optional
         About where the first sweep was made: x, y and yaw in the frame of the map [m, m, rad]. Anywhere by default.
+    carried_until : int, optional
+        Number of the last station before which the robot may have been carried elsewhere.  Any station by default.
     settings : JointSettings, optional
         Settings of the estimator.
 
@@ -103,7 +106,7 @@ def localise(
         priors=priors._replace(sigmas=np.concatenate([[_START_SIGMAS], priors.sigmas[1:]])),
         settings=settings,
     )
-    followed = _followed(search, None if start is None else start - origin)
+    followed = _followed(search, None if start is None else start - origin, carried_until)
     parts = list(map(partial(_weighed, estimate=estimate, feature_map=feature_map, rig=rig), followed))
     # Indices of the first sweep of each station, and of each part.
     of_stations = np.unique(stations.numbers, return_index=True)[1]
@@ -120,12 +123,14 @@ def localise(
     poses = found.poses[of_stations]
     measurements = at_poses(estimate.recorded, stations.poses, poses)
     located = replace(estimate, model=model, poses=poses, measurements=measurements, features=landmarks)
+    located = located.rescore(located.noise)
     return Localisation(
         sweeps=found.sweeps,
         poses=found.poses + origin,
         covariances=found.covariances,
         segments=_segments(parts, found.sweeps[of_parts], origin=origin),
-        inlier_ratio=inlier_ratio(located.rescore(located.noise)),
+        inlier_ratio=inlier_ratio(located),
+        agreement=_agreement(located),
     )
 
 
@@ -284,17 +289,18 @@ def _begun(search: _Search, start: FloatArray | None) -> list[_Track]:
     return _best([*tracks, *search.elsewhere([not_yet], 0)])
 
 
-def _followed(search: _Search, start: FloatArray | None) -> list[list[_Track]]:
+def _followed(search: _Search, start: FloatArray | None, carried_until: int | None) -> list[list[_Track]]:
     """Return the tracks of each part of the recording that odometry connects, the best first.
 
     Raise ``InvalidValueError`` if the recording does not begin at the start.
     """
     tracks = _begun(search, start)
+    last = len(search.scans) if carried_until is None else carried_until
     for station in range(1, len(search.scans)):
         before, tracks = tracks, search.continued(tracks, station)
         if all(each.before and each.first == 0 for each in tracks):
             break
-        if tracks[0].scores[-1] < search.chance[station]:
+        if station <= last and tracks[0].scores[-1] < search.chance[station]:
             tracks = _best([*tracks, *search.elsewhere(before, station)])
     parts = _parts(tracks)
     if len(parts) > 1 and parts[1][0].first == 0:
@@ -341,11 +347,21 @@ def _log_odds(estimate: Estimate) -> float:
     Readings of an arc share the errors of the map and of the sonar model, so it counts as one reading, with the odds
     that the right map explains it; and a landmark that a station misses entirely as an arc that it does not explain.
     """
-    explained = estimate.inlier_mask(estimate.features)
-    arcs = sum(arc.share_of(explained) for arc in estimate.arcs)
     misses = sum(missed(estimate.measurements, each.ping_scores, each.extent) for each in estimate.features)
     ratio = estimate.settings.min_inlier_ratio
-    return math.log(ratio / (1.0 - ratio)) * (arcs + misses / STRONGEST_MISS)
+    return math.log(ratio / (1.0 - ratio)) * (_explained_arcs(estimate) + misses / STRONGEST_MISS)
+
+
+def _explained_arcs(estimate: Estimate) -> float:
+    """Return how many arcs the landmarks explain."""
+    explained = estimate.inlier_mask(estimate.features)
+    return sum(arc.share_of(explained) for arc in estimate.arcs)
+
+
+def _agreement(estimate: Estimate) -> float:
+    """Return the Jaccard index of the arcs and what the landmarks return: explained, over explained, new and missed."""
+    missed_by = [each.llr_by_station < -VERY_STRONG for each in estimate.features]
+    return _explained_arcs(estimate) / (len(estimate.arcs) + np.count_nonzero(missed_by))
 
 
 def _segments(

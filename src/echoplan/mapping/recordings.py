@@ -9,7 +9,6 @@ import numpy as np
 from pydantic import BaseModel
 
 from echoplan.arrays import FloatArray
-from echoplan.diagnosis import assess_localisation
 from echoplan.diagnosis.consistency import stations_of
 from echoplan.errors import InputError, InvalidValueError
 from echoplan.geometry import compose, invert
@@ -20,7 +19,7 @@ from echoplan.mapping.changes import Looks, contradicts, find_changes, outdated
 from echoplan.mapping.progress import Progress
 from echoplan.mapping.start import StartingMap, read_start, sensors_of
 from echoplan.methods import LocalMapper, map_sweeps
-from echoplan.model import Changes, FeatureMap, Localisation, Rig, Source, Sweep, Verdict
+from echoplan.model import Changes, FeatureMap, Localisation, Rig, Source, Sweep
 from echoplan.preprocessing import clean_sweeps, find_faults
 from echoplan.sources import as_source
 
@@ -32,9 +31,12 @@ OneOrSeveral: TypeAlias = AnySource | Sequence[AnySource]
 
 # Numbers of stations by which a recording is located, in this order: more of them decide between rooms that look alike,
 # but perhaps only its beginning lies in the map.
-_STATIONS = (24, 12, 6, 4, 3)
-# Number of sweeps at the beginning that may fit the map nowhere.
+_STATIONS = (24, 12, 6, 4)
+# Number of stations at the beginning that may fit the map nowhere.
 _LOST = 3
+# Least agreement of the echoes with the map. benchmarks/several_recordings.py counts the recordings that it refuses, and
+# those of another place that it does not.
+_MIN_AGREEMENT = 0.7
 # Greatest median distance between the first poses in the map and the located ones [m]. Located poses err by less than
 # 1 cm in the mean (benchmarks/localisation.py).
 _LOCATED = 0.1
@@ -313,21 +315,15 @@ def _first_poses(name: str, sweeps: Sequence[Sweep], *, known: FeatureMap, rig: 
         first = sweeps[: int(np.searchsorted(numbers, stations))]
         for start in (recorded, None):
             found = _located(first, known=known, rig=rig, start=start)
-            if found is None:
-                continue
-            fitting, lost = found.segments[-1], int(np.searchsorted(found.sweeps, found.segments[-1].first))
-            if lost > _LOST and start is None:
-                # Fewer stations would fit the map in the wrong place as well.
-                problem = f"from sweep {fitting.first} on it fits the map elsewhere than its poses say"
-                raise InputError(name, problem, remedy="cut it there into two recordings, or map it alone")
-            if lost <= _LOST and not fitting.is_ambiguous:
-                return _led_back(found, first, fitting=lost, known=known, rig=rig)
+            if found is not None and not found.segments[-1].is_ambiguous:
+                return _led_back(found, first, known=known, rig=rig)
     problem = "it begins where the map so far shows too little, or in one of several places that look alike"
     raise InputError(name, problem, remedy="begin each recording where another one was, or map it alone")
 
 
-def _led_back(found: Localisation, sweeps: Sequence[Sweep], *, fitting: int, known: FeatureMap, rig: Rig) -> FloatArray:
-    """Return the poses of sweeps, of which those before the index ``fitting`` do not fit without a guess."""
+def _led_back(found: Localisation, sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig) -> FloatArray:
+    """Return the poses of sweeps, of which the first ones may not fit without a guess."""
+    fitting = int(np.searchsorted(found.sweeps, found.segments[-1].first))
     if fitting == 0:
         return found.poses
     recorded = np.array([sweep.station for sweep in sweeps])
@@ -341,10 +337,10 @@ def _led_back(found: Localisation, sweeps: Sequence[Sweep], *, fitting: int, kno
 def _located(sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig, start: FloatArray | None) -> Localisation | None:
     """Return the poses of some sweeps in a map, None if they fit nowhere or not at the start.
 
-    Some echoes may not fit the map: furniture may have been moved.
+    Some echoes may not fit the map, and something in it may be missing: furniture may have been moved.
     """
     try:
-        found = localise(sweeps, known, rig=rig, start=start)
+        found = localise(sweeps, known, rig=rig, start=start, carried_until=_LOST)
     except InvalidValueError:
         return None
-    return None if assess_localisation(found, known).verdict is Verdict.FAILED else found
+    return found if found.agreement >= _MIN_AGREEMENT else None

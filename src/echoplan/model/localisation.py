@@ -66,6 +66,9 @@ class Localisation:
         One, and one more for each time that the robot was carried elsewhere.
     inlier_ratio : float
         Share of the echoes that the map explains.
+    agreement : float
+        The same share, where each landmark of the map that a station should detect and does not counts as one more echo
+        that is not explained.  A map of another place may explain many echoes, but has much that is not detected.
     """
 
     sweeps: IntArray
@@ -73,6 +76,7 @@ class Localisation:
     covariances: FloatArray
     segments: tuple[TrajectorySegment, ...]
     inlier_ratio: float
+    agreement: float
 
     def __post_init__(self) -> None:
         count = len(self.sweeps)

@@ -184,7 +184,9 @@ def test_it_is_noticed_that_the_robot_was_carried_elsewhere() -> None:
     after = 10**9 + int(first[-1].stamps_ns[-1])
     later = [replace(each, stamps_ns=each.stamps_ns + after) for each in moved]
     # The recording begins with sweep 20.
-    found = localise([replace(each, index=20 + n) for n, each in enumerate(first + later)], ROOM, rig=RIG)
+    sweeps = [replace(each, index=20 + n) for n, each in enumerate(first + later)]
+    assert localise(sweeps, ROOM, rig=RIG, carried_until=4).kidnapped == ()
+    found = localise(sweeps, ROOM, rig=RIG, carried_until=5)
     assert found.sweeps.tolist() == list(range(20, 30))
     assert found.kidnapped == (25,)
     assert distances(found, np.concatenate([POSES, FAR])).max() < 0.005
@@ -227,6 +229,14 @@ def test_a_thermometer_makes_up_for_much_warmer_air() -> None:
     found = localise(recorded(POSES, air={"temperature": 30.0}, thermometer=0.3), ROOM, rig=RIG)
     assert distances(found, POSES).max() < 0.005
     assert found.inlier_ratio > 0.9
+
+
+def test_what_stations_should_detect_and_do_not_lowers_the_agreement(found: Localisation) -> None:
+    # The pillar is gone: every echo is explained, but each of the five stations misses one landmark of about six.
+    gone = localise(recorded(POSES, pillar=False), ROOM, rig=RIG, start=POSES[0])
+    assert gone.inlier_ratio > 0.9
+    assert found.agreement > 0.9
+    assert 0.7 < gone.agreement < 0.9
 
 
 def test_odometry_carries_over_a_sweep_without_echoes(sweeps: list[Sweep]) -> None:

@@ -1,4 +1,5 @@
 from collections.abc import Iterator
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -56,6 +57,19 @@ def test_recordings_of_one_name_have_numbers() -> None:
 def test_one_recording_given_twice_is_refused() -> None:
     with pytest.raises(InputError, match=r"\(recording 2\): it is given twice, so its echoes would count twice; name"):
         map_source([open_source("sim:square,seed=1")] * 2)
+
+
+@pytest.mark.parametrize(("agreement", "refused"), [(0.69, True), (0.71, False)])
+def test_a_recording_that_agrees_too_little_with_the_map_is_refused(
+    monkeypatch: pytest.MonkeyPatch, agreement: float, *, refused: bool
+) -> None:
+    def disagreeing(*words: object, **options: object) -> Localisation:
+        return replace(localise(*words, **options), agreement=agreement)  # type: ignore[arg-type]
+
+    recordings = [open_source(f"sim:paper-room,seed={seed}") for seed in (1, 2)]
+    monkeypatch.setattr("echoplan.mapping.recordings.localise", disagreeing)
+    with pytest.raises(InputError, match="it begins where the map so far shows too") if refused else nullcontext():
+        map_source(recordings)
 
 
 def test_a_recording_whose_poses_are_far_from_where_it_was_located_is_refused(

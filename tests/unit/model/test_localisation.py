@@ -24,7 +24,9 @@ def segment(*weights: float, first: int = 3) -> TrajectorySegment:
 
 
 def localisation(*segments: TrajectorySegment, **changed: Any) -> Localisation:
-    return Localisation(**(GIVEN | {"segments": segments or (segment(1.0),), "inlier_ratio": 0.9} | changed))
+    return Localisation(
+        **(GIVEN | {"segments": segments or (segment(1.0),), "inlier_ratio": 0.9, "agreement": 0.8} | changed)
+    )
 
 
 @pytest.mark.parametrize(
