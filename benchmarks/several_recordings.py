@@ -6,10 +6,10 @@
    reported as gone and as new.  At least three stations can detect a face of the cupboard at each place.  A day counts
    as exact if nothing else than the cupboard is reported, at its former place as gone and at its present place as new;
    parts of it that the robot did not look at again may be missing.
-3. Adds recordings that begin where the first one shows nothing: the second half of a drive backwards, and that of the
-   drive through the next flat.  They should be refused; the first of them may also be joined if its poses are right.
+3. Adds recordings that begin elsewhere than the first one: the second half of a drive backwards, and the second half of
+   the drive through the next flat.  They should be refused, or, in the same flat, have the right poses.
 
-PART is halves, days or unrelated.  Prints all, and the seeds in which something went wrong.  Seeds 0 to 9, 1000 to
+PART is halves, days or elsewhere.  Prints all, and the seeds in which something went wrong.  Seeds 0 to 9, 1000 to
 1005, 3000 to 3213, 3217, 3225, 3234, and 3300 were used for development.
 """
 
@@ -18,6 +18,7 @@ import os
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
+from enum import StrEnum
 
 import numpy as np
 from shapely import LineString, Point, Polygon
@@ -32,14 +33,13 @@ from echoplan.model import Changes, FeatureMap, Recording, Rig, Sweep, Table, Tr
 from library.days import flat_on_days, in_frame_of_odometry
 from library.flats import random_flat
 
-FLATS, FIRST = 20, 3000
+FLATS, FIRST = 20, 3400
 # Stations that both halves of a drive have.
 SHARED = 4
 # Distance from the cupboard within which a change is of the cupboard [m].
 AT_CUPBOARD = 0.1
 # Median error of poses from which a recording counts as joined in the wrong place [m].
 WRONG = 0.2
-REFUSED, RIGHT, JOINED_WRONGLY = "refused", "joined rightly", "joined wrongly"
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -87,13 +87,21 @@ class Days:
         return self.changes[1].gone_walls, self.changes[1].new_walls
 
 
+class Outcome(StrEnum):
+    """What became of a recording."""
+
+    REFUSED = "refused"
+    CORRECT = "joined correctly"
+    WRONG = "joined wrongly"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Unrelated:
-    """What became of recordings that begin where the first one shows nothing."""
+class Elsewhere:
+    """What became of recordings that begin elsewhere than the first one."""
 
     seed: int
-    backwards: str
-    next_flat: str
+    backwards: Outcome
+    next_flat: Outcome
 
 
 def main() -> None:
@@ -101,12 +109,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Several recordings of one place.")
     parser.add_argument("flats", nargs="?", type=int, default=FLATS, metavar="FLATS")
     parser.add_argument("--first", type=int, default=FIRST, help="seed of the first flat")
-    parser.add_argument("--only", choices=("halves", "days", "unrelated"), help="do one part")
+    parser.add_argument("--only", choices=("halves", "days", "elsewhere"), help="do one part")
     parser.add_argument("--workers", type=int, default=os.cpu_count())
     arguments = parser.parse_args()
     seeds = range(arguments.first, arguments.first + arguments.flats)
-    halves, days, others = list[Halves](), list[Days](), list[Unrelated]()
-    parts = (arguments.only,) if arguments.only else ("halves", "days", "unrelated")
+    halves, days, others = list[Halves](), list[Days](), list[Elsewhere]()
+    parts = (arguments.only,) if arguments.only else ("halves", "days", "elsewhere")
     with ProcessPoolExecutor(arguments.workers) as pool:
         if "halves" in parts:
             halves += tracked(pool.map(in_halves, seeds), total=len(seeds), task="drives in two recordings")
@@ -114,9 +122,9 @@ def main() -> None:
         if "days" in parts:
             days += tracked(pool.map(on_days, seeds), total=len(seeds), task="three days")
             show(days_table(days))
-        if "unrelated" in parts:
-            others += tracked(pool.map(unrelated, seeds), total=len(seeds), task="unrelated recordings")
-            show(unrelated_table(others))
+        if "elsewhere" in parts:
+            others += tracked(pool.map(elsewhere, seeds), total=len(seeds), task="recordings that begin elsewhere")
+            show(elsewhere_table(others))
     show(failures(halves, days, others))
 
 
@@ -146,12 +154,12 @@ def on_days(seed: int) -> Days:
     return Days(seed=seed, cupboard=cupboard, changes=found.changes)
 
 
-def unrelated(seed: int) -> Unrelated:
-    """Add recordings that begin where the first half of a drive shows nothing."""
+def elsewhere(seed: int) -> Elsewhere:
+    """Add recordings that begin elsewhere to the first half of a drive."""
     simulation, other = random_flat(seed), tuple(random_flat(seed + 1))
     sweeps, rig = tuple(simulation), simulation.rig
     half = len(sweeps) // 2
-    return Unrelated(
+    return Elsewhere(
         seed=seed,
         backwards=outcome(
             [sweeps[:half], backwards(sweeps[half - SHARED :])],
@@ -170,17 +178,17 @@ def backwards(sweeps: Sequence[Sweep]) -> tuple[Sweep, ...]:
     )
 
 
-def outcome(recordings: Sequence[Sequence[Sweep]], rig: Rig, true: FloatArray | None = None) -> str:
+def outcome(recordings: Sequence[Sequence[Sweep]], rig: Rig, true: FloatArray | None = None) -> Outcome:
     """Map two recordings, and say whether the second one was refused or joined; ``true`` are its poses in the map."""
     first, second = recordings
     try:
         found = mapped([first, in_frame_of_odometry(tuple(second), day=1)], rig)
     except InputError:
-        return REFUSED
+        return Outcome.REFUSED
     if true is None:
-        return JOINED_WRONGLY
+        return Outcome.WRONG
     off = np.hypot(*(found.poses[-len(true) :] - true)[:, :2].T)
-    return RIGHT if np.median(off) < WRONG else JOINED_WRONGLY
+    return Outcome.CORRECT if np.median(off) < WRONG else Outcome.WRONG
 
 
 def mapped(recordings: Sequence[Sequence[Sweep]], rig: Rig) -> FeatureMap:
@@ -257,21 +265,20 @@ def days_table(days: Sequence[Days]) -> Table:
     )
 
 
-def unrelated_table(others: Sequence[Unrelated]) -> Table:
-    """Count what became of recordings that begin where the first one shows nothing."""
+def elsewhere_table(others: Sequence[Elsewhere]) -> Table:
+    """Count what became of recordings that begin elsewhere than the first one."""
     outcomes = {
         "the second half backwards": [each.backwards for each in others],
         "the second half of another drive": [each.next_flat for each in others],
     }
-    names = (REFUSED, RIGHT, JOINED_WRONGLY)
     return Table(
-        title=f"Recordings that begin where the first one shows nothing, {len(others)} flats",
-        columns=("recording", *names),
-        rows=tuple((what, *(str(found.count(name)) for name in names)) for what, found in outcomes.items()),
+        title=f"Recordings that begin elsewhere, {len(others)} flats",
+        columns=("recording", *Outcome),
+        rows=tuple((what, *(str(found.count(each)) for each in Outcome)) for what, found in outcomes.items()),
     )
 
 
-def failures(halves: Sequence[Halves], days: Sequence[Days], others: Sequence[Unrelated]) -> Table:
+def failures(halves: Sequence[Halves], days: Sequence[Days], others: Sequence[Elsewhere]) -> Table:
     """List the seeds in which something went wrong, and why."""
     refused = [(f"two recordings, {each.seed}", each.refused) for each in halves if each.refused]
     refused += [(f"three days, {each.seed}", each.refused) for each in days if each.refused]
@@ -279,10 +286,10 @@ def failures(halves: Sequence[Halves], days: Sequence[Days], others: Sequence[Un
     loud = [(f"second day, {each.seed}", "something reported") for each in mapped_days if not each.is_quiet]
     inexact = [(f"third day, {each.seed}", "not exact") for each in mapped_days if not each.is_exact]
     wrong = [
-        (f"{what}, {each.seed}", JOINED_WRONGLY)
+        (f"{what}, {each.seed}", Outcome.WRONG)
         for each in others
         for what, found in (("backwards", each.backwards), ("of the next flat", each.next_flat))
-        if found == JOINED_WRONGLY
+        if found is Outcome.WRONG
     ]
     return Table(title="What went wrong", columns=("where", "what"), rows=(*refused, *loud, *inexact, *wrong))
 

@@ -54,7 +54,7 @@ def write_localisation(path: Path, localisation: Localisation, *, stamps_ns: Int
         "frame": "map",
         "quality": asdict(quality),
         "inlier_ratio": localisation.inlier_ratio,
-        "agreement": localisation.agreement,
+        "jaccard_index": localisation.jaccard_index,
         "segments": segments,
         "poses": [
             {"sweep": sweep, "stamp_ns": stamp, "x": x, "y": y, "yaw": yaw, "covariance": covariance}

@@ -76,7 +76,7 @@ def localise(
     start : ndarray, shape (3,), optional
         About where the first sweep was made: x, y and yaw in the frame of the map [m, m, rad]. Anywhere by default.
     carried_until : int, optional
-        Number of the last station before which the robot may have been carried elsewhere.  Any station by default.
+        Last station, counted from 0, before which the robot may have been carried elsewhere.  Every station by default.
     settings : JointSettings, optional
         Settings of the estimator.
 
@@ -130,7 +130,7 @@ def localise(
         covariances=found.covariances,
         segments=_segments(parts, found.sweeps[of_parts], origin=origin),
         inlier_ratio=inlier_ratio(located),
-        agreement=_agreement(located),
+        jaccard_index=_jaccard_index(located),
     )
 
 
@@ -358,10 +358,10 @@ def _explained_arcs(estimate: Estimate) -> float:
     return sum(arc.share_of(explained) for arc in estimate.arcs)
 
 
-def _agreement(estimate: Estimate) -> float:
-    """Return the Jaccard index of the arcs and what the landmarks return: explained, over explained, new and missed."""
+def _jaccard_index(estimate: Estimate) -> float:
+    """Return the Jaccard index of arcs and landmarks: explained arcs over all arcs and missed detections."""
     missed_by = [each.llr_by_station < -VERY_STRONG for each in estimate.features]
-    return _explained_arcs(estimate) / (len(estimate.arcs) + np.count_nonzero(missed_by))
+    return _explained_arcs(estimate) / (len(estimate.arcs) + int(np.count_nonzero(missed_by)))
 
 
 def _segments(

@@ -66,9 +66,10 @@ class Localisation:
         One, and one more for each time that the robot was carried elsewhere.
     inlier_ratio : float
         Share of the echoes that the map explains.
-    agreement : float
-        The same share, where each landmark of the map that a station should detect and does not counts as one more echo
-        that is not explained.  A map of another place may explain many echoes, but has much that is not detected.
+    jaccard_index : float
+        Explained arcs over all arcs and missed detections.  An arc is a group of neighbouring echoes of one object; a
+        detection is missed if a station should detect a landmark of the map and does not.  A map of another place may
+        explain most echoes, but has much that is not detected.
     """
 
     sweeps: IntArray
@@ -76,7 +77,7 @@ class Localisation:
     covariances: FloatArray
     segments: tuple[TrajectorySegment, ...]
     inlier_ratio: float
-    agreement: float
+    jaccard_index: float
 
     def __post_init__(self) -> None:
         count = len(self.sweeps)

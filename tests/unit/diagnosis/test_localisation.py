@@ -18,7 +18,7 @@ def localisation(share: float, *weights: float) -> Localisation:
         covariances=np.zeros((1, 3, 3)),
         segments=(TrajectorySegment(first=3, starts=starts),),
         inlier_ratio=share,
-        agreement=share,
+        jaccard_index=share,
     )
 
 

@@ -231,12 +231,20 @@ def test_a_thermometer_makes_up_for_much_warmer_air() -> None:
     assert found.inlier_ratio > 0.9
 
 
-def test_what_stations_should_detect_and_do_not_lowers_the_agreement(found: Localisation) -> None:
-    # The pillar is gone: every echo is explained, but each of the five stations misses one landmark of about six.
+def test_what_stations_should_detect_and_do_not_lowers_the_jaccard_index(found: Localisation) -> None:
+    # Four of the five stations miss the pillar; they have about nine arcs each.
     gone = localise(recorded(POSES, pillar=False), ROOM, rig=RIG, start=POSES[0])
-    assert gone.inlier_ratio > 0.9
-    assert found.agreement > 0.9
-    assert 0.7 < gone.agreement < 0.9
+    assert gone.inlier_ratio > 0.97
+    assert gone.jaccard_index == pytest.approx(44 / 48, abs=0.03)
+    assert found.jaccard_index > 0.97
+
+
+def test_a_room_of_the_same_size_with_other_furniture_has_a_low_jaccard_index() -> None:
+    places = [(3.2, 2.2), (0.9, 2.1), (2.2, 0.6), (3.4, 0.9)]
+    furnished = room_map(SIDES, *(replace(PILLAR, center_xy=np.array(place)) for place in places))
+    other = localise(recorded(POSES, pillar=False), furnished, rig=RIG, start=POSES[0])
+    assert other.inlier_ratio > 0.9
+    assert other.jaccard_index < 0.8
 
 
 def test_odometry_carries_over_a_sweep_without_echoes(sweeps: list[Sweep]) -> None:

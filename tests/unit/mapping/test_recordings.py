@@ -59,12 +59,12 @@ def test_one_recording_given_twice_is_refused() -> None:
         map_source([open_source("sim:square,seed=1")] * 2)
 
 
-@pytest.mark.parametrize(("agreement", "refused"), [(0.69, True), (0.71, False)])
-def test_a_recording_that_agrees_too_little_with_the_map_is_refused(
-    monkeypatch: pytest.MonkeyPatch, agreement: float, *, refused: bool
+@pytest.mark.parametrize(("jaccard_index", "refused"), [(0.69, True), (0.71, False)])
+def test_a_recording_of_which_too_little_is_like_the_map_is_refused(
+    monkeypatch: pytest.MonkeyPatch, jaccard_index: float, *, refused: bool
 ) -> None:
     def disagreeing(*words: object, **options: object) -> Localisation:
-        return replace(localise(*words, **options), agreement=agreement)  # type: ignore[arg-type]
+        return replace(localise(*words, **options), jaccard_index=jaccard_index)  # type: ignore[arg-type]
 
     recordings = [open_source(f"sim:paper-room,seed={seed}") for seed in (1, 2)]
     monkeypatch.setattr("echoplan.mapping.recordings.localise", disagreeing)

@@ -25,7 +25,7 @@ def segment(*weights: float, first: int = 3) -> TrajectorySegment:
 
 def localisation(*segments: TrajectorySegment, **changed: Any) -> Localisation:
     return Localisation(
-        **(GIVEN | {"segments": segments or (segment(1.0),), "inlier_ratio": 0.9, "agreement": 0.8} | changed)
+        **(GIVEN | {"segments": segments or (segment(1.0),), "inlier_ratio": 0.9, "jaccard_index": 0.8} | changed)
     )
 
 

@@ -14,7 +14,7 @@ FOUND = Localisation(
     covariances=np.tile(np.diag([0.001, 0.002, math.radians(0.1)]) ** 2, (3, 1, 1)),
     segments=(TrajectorySegment(first=0, starts=START),),
     inlier_ratio=0.984,
-    agreement=0.97,
+    jaccard_index=0.97,
 )
 
 

@@ -68,6 +68,7 @@ def stations_disagree(estimate: Estimate) -> bool:
 
     Shared errors are measured by the intraclass correlation of the residuals. The result is True without a solution.
     """
+    # A bent wall looks like a duplicate, too: then other poses are tried in vain, which only costs time.
     if estimate.solution is None or _copies(estimate):
         return True
     owners, left = estimate.solution.owners, estimate.solution.residuals
