@@ -27,7 +27,7 @@ from echoplan.joint.likelihood.hypothesis_scores import STRONGEST_MISS, missed
 from echoplan.joint.mapper import JointMapper, JointSettings
 from echoplan.joint.optimisation.odometry_noise import VERY_STRONG
 from echoplan.joint.optimisation.pose_factors import PosePrior, at_poses, dead_reckoned, odometry_prior
-from echoplan.joint.pose_correction.consistency import inlier_ratio
+from echoplan.joint.pose_correction.consistency import explained_arcs, inlier_ratio, jaccard_index
 from echoplan.joint.pose_correction.pose_tracking import local_scans_of
 from echoplan.joint.search.global_search import SAME_PLACE, SAME_POSE, apart, find_poses, pose_grid
 from echoplan.joint.search.scan_matching import LandmarkMap, LocalScan, best_score, locate
@@ -60,7 +60,7 @@ def localise(
     *,
     rig: Rig,
     start: FloatArray | None = None,
-    carried_until: int | None = None,
+    carried_until: float = math.inf,
     settings: JointSettings | None = None,
 ) -> Localisation:
     """Find the poses of a recording in a map.
@@ -75,7 +75,7 @@ def localise(
         Sensors that recorded the sweeps.
     start : ndarray, shape (3,), optional
         About where the first sweep was made: x, y and yaw in the frame of the map [m, m, rad]. Anywhere by default.
-    carried_until : int, optional
+    carried_until : float, optional
         Last station, counted from 0, before which the robot may have been carried elsewhere.  Every station by default.
     settings : JointSettings, optional
         Settings of the estimator.
@@ -105,8 +105,9 @@ def localise(
         grid=pose_grid(np.concatenate([*(wall.endpoints_xy for wall in feature_map.walls), feature_map.poses[:, :2]])),
         priors=priors._replace(sigmas=np.concatenate([[_START_SIGMAS], priors.sigmas[1:]])),
         settings=settings,
+        carried_until=carried_until,
     )
-    followed = _followed(search, None if start is None else start - origin, carried_until)
+    followed = _followed(search, None if start is None else start - origin)
     parts = list(map(partial(_weighed, estimate=estimate, feature_map=feature_map, rig=rig), followed))
     # Indices of the first sweep of each station, and of each part.
     of_stations = np.unique(stations.numbers, return_index=True)[1]
@@ -130,7 +131,7 @@ def localise(
         covariances=found.covariances,
         segments=_segments(parts, found.sweeps[of_parts], origin=origin),
         inlier_ratio=inlier_ratio(located),
-        jaccard_index=_jaccard_index(located),
+        jaccard_index=jaccard_index(located),
     )
 
 
@@ -189,6 +190,8 @@ class _Search:
     grid: FloatArray
     priors: PosePrior
     settings: EstimateSettings
+    # Last station before which the robot may have been carried elsewhere.
+    carried_until: float
 
     @cached_property
     def chance(self) -> FloatArray:
@@ -210,6 +213,8 @@ class _Search:
 
         Any pose of the grid may be the next one, which costs the logarithm of their number.
         """
+        if station > self.carried_until:
+            return []
         found, before = self.begun(station), tuple(tracks)
         price = math.log(max(len(self.grid), 1)) + VERY_STRONG + float(self.chance[station])
         return [each._replace(before=before, gain=before[0].total - price) for each in found]
@@ -289,18 +294,17 @@ def _begun(search: _Search, start: FloatArray | None) -> list[_Track]:
     return _best([*tracks, *search.elsewhere([not_yet], 0)])
 
 
-def _followed(search: _Search, start: FloatArray | None, carried_until: int | None) -> list[list[_Track]]:
+def _followed(search: _Search, start: FloatArray | None) -> list[list[_Track]]:
     """Return the tracks of each part of the recording that odometry connects, the best first.
 
     Raise ``InvalidValueError`` if the recording does not begin at the start.
     """
     tracks = _begun(search, start)
-    last = len(search.scans) if carried_until is None else carried_until
     for station in range(1, len(search.scans)):
         before, tracks = tracks, search.continued(tracks, station)
         if all(each.before and each.first == 0 for each in tracks):
             break
-        if station <= last and tracks[0].scores[-1] < search.chance[station]:
+        if tracks[0].scores[-1] < search.chance[station]:
             tracks = _best([*tracks, *search.elsewhere(before, station)])
     parts = _parts(tracks)
     if len(parts) > 1 and parts[1][0].first == 0:
@@ -349,19 +353,7 @@ def _log_odds(estimate: Estimate) -> float:
     """
     misses = sum(missed(estimate.measurements, each.ping_scores, each.extent) for each in estimate.features)
     ratio = estimate.settings.min_inlier_ratio
-    return math.log(ratio / (1.0 - ratio)) * (_explained_arcs(estimate) + misses / STRONGEST_MISS)
-
-
-def _explained_arcs(estimate: Estimate) -> float:
-    """Return how many arcs the landmarks explain."""
-    explained = estimate.inlier_mask(estimate.features)
-    return sum(arc.share_of(explained) for arc in estimate.arcs)
-
-
-def _jaccard_index(estimate: Estimate) -> float:
-    """Return the Jaccard index of arcs and landmarks: explained arcs over all arcs and missed detections."""
-    missed_by = [each.llr_by_station < -VERY_STRONG for each in estimate.features]
-    return _explained_arcs(estimate) / (len(estimate.arcs) + int(np.count_nonzero(missed_by)))
+    return math.log(ratio / (1.0 - ratio)) * (explained_arcs(estimate) + misses / STRONGEST_MISS)
 
 
 def _segments(

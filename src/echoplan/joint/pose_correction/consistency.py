@@ -10,6 +10,7 @@ from echoplan.joint.optimisation.effective_sample_size import (
     gain_of_common_errors,
     intraclass_correlation,
 )
+from echoplan.joint.optimisation.odometry_noise import VERY_STRONG
 from echoplan.joint.optimisation.pose_factors import PosePrior, pose_factors, waypoint_prior
 from echoplan.joint.search.duplicates import without_duplicates
 
@@ -17,9 +18,11 @@ __all__ = [
     "agrees",
     "are_weakly_connected",
     "contradicts_odometry",
+    "explained_arcs",
     "has_duplicated_walls",
     "inlier_ratio",
     "is_inconsistent",
+    "jaccard_index",
     "log_evidence",
     "pose_pulls",
     "stations_disagree",
@@ -38,6 +41,18 @@ def inlier_ratio(estimate: Estimate) -> float:
     detected = np.concatenate([arc.pings for arc in estimate.arcs]) if estimate.arcs else np.zeros(0, dtype=np.int64)
     features = without_duplicates(estimate.features, estimate.settings.duplicates)
     return float(estimate.inlier_mask(features)[detected].mean()) if len(detected) else 1.0
+
+
+def explained_arcs(estimate: Estimate) -> float:
+    """Return how many arcs landmarks or multipath explain."""
+    explained = estimate.inlier_mask(estimate.features)
+    return float(sum(arc.share_of(explained) for arc in estimate.arcs))
+
+
+def jaccard_index(estimate: Estimate) -> float:
+    """Return the Jaccard index of arcs and landmarks: explained arcs over all arcs and missed detections."""
+    missed_by = [each.llr_by_station < -VERY_STRONG for each in estimate.features]
+    return explained_arcs(estimate) / (len(estimate.arcs) + int(np.count_nonzero(missed_by)))
 
 
 def agrees(estimate: Estimate) -> bool:

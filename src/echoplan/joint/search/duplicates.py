@@ -28,7 +28,8 @@ def without_duplicates(features: Sequence[Hypothesis], settings: DuplicateSettin
     """
     kept: list[Hypothesis] = []
     for feature in sorted(features, key=lambda each: each.llr, reverse=True):
-        if not any(_may_be_one(feature, each, settings) for each in kept):
+        others = (each for each in kept if not (feature.history.supporting and each.history.supporting))
+        if not any(are_duplicates(feature, each, settings) for each in others):
             kept.append(feature)
     return kept
 
@@ -42,12 +43,6 @@ def are_duplicates(one: Hypothesis, other: Hypothesis, settings: DuplicateSettin
     beside = min(_beside(one, other), _beside(other, one))
     apart = max(one.extent[0] - other.extent[1], other.extent[0] - one.extent[1])
     return beside < settings.normal_distance_gate and apart < settings.gap_gate
-
-
-def _may_be_one(one: Hypothesis, other: Hypothesis, settings: DuplicateSettings) -> bool:
-    """Return True if two walls may be duplicates, unless marginalised stations clearly support both."""
-    are_confirmed = one.history.supporting > 0 and other.history.supporting > 0
-    return are_duplicates(one, other, settings) and not are_confirmed
 
 
 def _beside(one: Hypothesis, other: Hypothesis) -> float:
