@@ -34,8 +34,8 @@ OneOrSeveral: TypeAlias = AnySource | Sequence[AnySource]
 _STATIONS = (24, 12, 6, 4)
 # Number of stations at the beginning that may fit the map nowhere, as in a doorway or beside moved furniture.
 _LOST = 3
-# Least Jaccard index of echoes and map. A greater one would refuse places with moved furniture, a smaller one would take
-# a room for another one that looks like it: benchmarks/several_recordings.py counts both.
+# Least Jaccard index of echoes and map. A greater one would refuse places with moved furniture, a smaller one would
+# take a room for another one that looks like it: benchmarks/several_recordings.py counts both.
 _MIN_JACCARD_INDEX = 0.7
 # Greatest median distance between the first poses in the map and the located ones [m]. Located poses err by less than
 # 1 cm in the mean (benchmarks/localisation.py).
