@@ -8,7 +8,8 @@ the same room, by odometry with drift, in that map.  Prints
 - whether an empty rectangle, which looks the same after half a turn, is called ambiguous, with the true start among
   those that are listed;
 - whether it is noticed, and where, that the robot was carried elsewhere in the middle of the drive;
-- the share of echoes that the map of another room explains, beside that of the right map;
+- how well the echoes agree with the map of another room, beside the right map: the share of them that it explains, and
+  their Jaccard index;
 - the rooms in which something went wrong.
 
 ``--unknown-start`` prints only what concerns unknown starts.
@@ -106,6 +107,11 @@ class Case:
     def inlier_ratio(self) -> float:
         """Share of the echoes that the map explains; none if the recording fits nowhere."""
         return self.found.inlier_ratio if self.found else 0.0
+
+    @property
+    def jaccard_index(self) -> float:
+        """Jaccard index of echoes and map; 0 if the recording fits nowhere."""
+        return self.found.jaccard_index if self.found else 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -241,7 +247,8 @@ def tables(outcomes: Sequence[Outcome]) -> list[Table]:
         consistency_table(outcomes),
         start_table(outcomes),
         special_table(outcomes),
-        ratio_table(outcomes),
+        agreement_table(outcomes, "Share of the echoes that the map explains", lambda each: each.inlier_ratio),
+        agreement_table(outcomes, "Jaccard index of echoes and map", lambda each: each.jaccard_index),
         fault_table(outcomes, {**KNOWN_FAULTS, **START_FAULTS, **CARRIED_FAULTS}),
     ]
 
@@ -319,8 +326,8 @@ def special_table(outcomes: Sequence[Outcome]) -> Table:
     return Table(title=f"Carried from station {TAKEN} to {PUT_DOWN}", columns=columns, rows=rows)
 
 
-def ratio_table(outcomes: Sequence[Outcome]) -> Table:
-    """Shares of echoes that right and wrong maps explain."""
+def agreement_table(outcomes: Sequence[Outcome], title: str, measure: Callable[[Case], float]) -> Table:
+    """Lay out how well recordings agree with right and wrong maps."""
     cases = {
         "right, known start": [each.known for each in outcomes],
         f"right, unknown start, {STATIONS} stations": [each.unknown for each in outcomes],
@@ -328,11 +335,10 @@ def ratio_table(outcomes: Sequence[Outcome]) -> Table:
     }
     rows = []
     for name, members in cases.items():
-        ratios = [each.inlier_ratio for each in members]
-        values = (np.min(ratios), np.median(ratios), np.max(ratios))
-        rows.append((name, *(f"{100 * each:.1f}" for each in values), str(sum(each.found is None for each in members))))
-    columns = ("map", "least", "median", "greatest", "fits nowhere")
-    return Table(title="Echoes explained by the map (%)", columns=columns, rows=tuple(rows))
+        values = np.quantile([measure(each) for each in members], (0.0, 0.05, 0.5, 0.95, 1.0))
+        rows.append((name, *(f"{each:.2f}" for each in values), str(sum(each.found is None for each in members))))
+    columns = ("map", "least", "5 %", "median", "95 %", "greatest", "fits nowhere")
+    return Table(title=title, columns=columns, rows=tuple(rows))
 
 
 KNOWN_FAULTS: dict[str, Callable[[Outcome], bool]] = {

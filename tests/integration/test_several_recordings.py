@@ -1,5 +1,6 @@
 """Several recordings of one place, each with poses in a frame of its own, make one map."""
 
+import re
 import shutil
 import tomllib
 from collections.abc import Sequence
@@ -19,6 +20,28 @@ from helpers.typed import echoplan, succeed
 
 # Frame of the second recording in that of the first one: 0.3 m and 20 degrees away.
 AWAY = np.array([0.3, -0.1, np.radians(20.0)])
+
+# A room with a table, the same room with cupboards instead, and poses in both.
+SMALL_ROOM = Polyline(points_xy=np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]]), closed=True)
+TABLE = ([1.7, 1.3, 2.1, 1.6],)
+CUPBOARDS = ([3.2, 0.03, 3.97, 0.8], [0.03, 2.2, 0.8, 2.97], [3.2, 2.2, 3.97, 2.97], [0.03, 0.03, 0.8, 0.5])
+AROUND_A_TABLE = (
+    [1.2, 0.7, 0.2],
+    [1.7, 0.8, 0.0],
+    [2.3, 0.7, 0.3],
+    [2.7, 1.1, 0.8],
+    [2.8, 1.7, 1.5],
+    [2.4, 2.1, 2.4],
+    [1.9, 2.1, 3.1],
+    [1.4, 1.9, 3.5],
+    [1.1, 1.4, 4.5],
+)
+
+
+def box(corners: Sequence[float]) -> Polyline:
+    """Return the outline of a rectangle between two opposite corners."""
+    x, y, right, top = corners
+    return Polyline(points_xy=np.array([[x, y], [right, y], [right, top], [x, top]]), closed=True)
 
 
 def written(folder: Path, sweeps: Sequence[Sweep], *, rig: Rig, away: np.ndarray) -> Path:
@@ -82,6 +105,19 @@ def test_a_recording_that_shares_too_little_is_refused(
     assert "other: it begins where the map so far shows too little" in done.err
     assert done.err.count("\n") == 1
     assert not (tmp_path / "map").exists()
+
+
+def test_a_recording_of_another_room_of_the_same_size_is_refused(tmp_path: Path) -> None:
+    rig, around = builtin_rig("rotary-array"), np.array(AROUND_A_TABLE)
+    rooms = [World(name="room", polylines=(SMALL_ROOM, *map(box, boxes))) for boxes in (TABLE, CUPBOARDS)]
+    folders = [
+        written(tmp_path / f"room{number}", list(drive), rig=rig, away=AWAY)
+        for number, room in enumerate(rooms)
+        for drive in [Simulation(world=room, rig=rig, route=Route(map_from_base=around), seed=number)]
+    ]
+    done = echoplan("map", *folders, "--out", tmp_path / "map")
+    assert done.status == 2
+    assert re.search(r"room1: .* echoes and map agree to \d\d % only \(at least 70 % are expected\)", done.err)
 
 
 def test_only_joint_maps_several(recordings: list[Path], tmp_path: Path) -> None:

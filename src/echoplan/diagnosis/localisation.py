@@ -7,12 +7,12 @@ from echoplan.diagnosis.findings import faults_in_words
 from echoplan.model import FeatureMap, Localisation, Quality, TrajectorySegment, Verdict
 from echoplan.preprocessing import Faults
 
-__all__ = ["assess_localisation"]
+__all__ = ["assess_localisation", "disagreement", "listed_starts"]
 
-# Share of the echoes that the map explains: below the first one, a part does not fit; below the second one, it is
-# another place. In 30 rooms the map of another room explained 0.34 to 0.88 (benchmarks/localisation.py 30), in 6 of
-# them the right one 0.84 to 1.00 (benchmarks/localisation.py 6 --first 2010).
-_MIN_GOOD, _MIN_LOCATED = 0.88, 0.7
+# Jaccard index of echoes and map: below the first one, the map does not show all that is there; below the second one,
+# it is of another place. benchmarks/localisation.py prints it for maps of other rooms and for the right ones, and
+# benchmarks/several_recordings.py counts the recordings that are refused or joined wrongly because of the first one.
+_MIN_GOOD, _MIN_LOCATED = 0.7, 0.6
 # Number of alternatives that are listed, and least probability of one.
 _MAX_LISTED, _MIN_LISTED_WEIGHT = 3, 0.01
 
@@ -34,12 +34,12 @@ def assess_localisation(
     Returns
     -------
     Quality
-        ``failed`` if the map does not explain the echoes; ``doubtful`` if it explains some, if other poses fit as well,
-        or if the map itself is not good.
+        ``failed`` if echoes and map do not agree; ``doubtful`` if they agree in part, if other poses fit as well, or if
+        the map itself is not good.
     """
     found = () if faults is None else faults_in_words(faults)
     reasons = [*_reasons(localisation, feature_map), *found]
-    if localisation.inlier_ratio < _MIN_LOCATED:
+    if localisation.jaccard_index < _MIN_LOCATED:
         step = "check that the map is of this place, and that echoplan map makes a good map of the recording"
         return Quality(verdict=Verdict.FAILED, reasons=tuple(reasons), next_step=step)
     if not reasons:
@@ -54,19 +54,52 @@ def assess_localisation(
 
 
 def _reasons(localisation: Localisation, feature_map: FeatureMap) -> Iterator[str]:
-    if localisation.inlier_ratio < _MIN_GOOD:
-        yield f"Only {100.0 * localisation.inlier_ratio:.0f} % of the echoes fit the map."
-    yield from (_ambiguity(each) for each in localisation.segments if each.is_ambiguous)
+    if few := disagreement(localisation):
+        yield f"{few[:1].upper()}{few[1:]}."
+    yield from (
+        f"Sweep {each.first} may be at {listed_starts(each)}." for each in localisation.segments if each.is_ambiguous
+    )
     if feature_map.quality is not None and feature_map.quality.verdict is not Verdict.GOOD:
         yield f"The map itself is {feature_map.quality.verdict}."
 
 
-def _ambiguity(segment: TrajectorySegment) -> str:
-    """List the poses that fit nearly as well as the most likely one."""
+def disagreement(localisation: Localisation) -> str:
+    """Say that echoes and map do not agree as they do in the right place.
+
+    Parameters
+    ----------
+    localisation : Localisation
+        The poses in the map.
+
+    Returns
+    -------
+    str
+        How far they agree, and what is expected; empty if that is enough.
+    """
+    if localisation.jaccard_index >= _MIN_GOOD:
+        return ""
+    return (
+        f"echoes and map agree to {100.0 * localisation.jaccard_index:.0f} % only (at least {100.0 * _MIN_GOOD:.0f} % "
+        "are expected): one shows much that the other does not"
+    )
+
+
+def listed_starts(segment: TrajectorySegment) -> str:
+    """List the poses at which a part of a recording may begin.
+
+    Parameters
+    ----------
+    segment : TrajectorySegment
+        The part.
+
+    Returns
+    -------
+    str
+        The most likely poses with their probabilities.
+    """
     likely = [each for each in segment.starts[:_MAX_LISTED] if each.weight > _MIN_LISTED_WEIGHT]
-    poses = (
+    return " or ".join(
         f"x {each.pose[0]:.2f} m, y {each.pose[1]:.2f} m, yaw {math.degrees(each.pose[2]):.0f}° "
         f"({100.0 * each.weight:.0f} %)"
         for each in likely
     )
-    return f"Sweep {segment.first} may be at {' or '.join(poses)}."

@@ -162,21 +162,16 @@ def outdated(before: FeatureMap, *, earlier: Looks, later: Looks) -> list[Wall]:
     Returns
     -------
     list of Wall
-        Walls, without their uncertain ends, that earlier stations detected and later ones did not. Together with the
-        walls that they are joined to, they need half as many looks again as walls that are not in the new map.
+        Walls that earlier stations detected and later ones did not. Together with the walls that they are joined to,
+        they need half as many looks again as walls that are not in the new map.
     """
-    pieces = [
-        replace(wall, endpoints_xy=shapely.get_coordinates(certain))
-        for wall, certain in zip(before.walls, _certain(before.walls), strict=True)
-        if certain.length > 0.0
-    ]
-    lines = _lines(pieces)
+    lines = _lines(before.walls)
     old, new = (_ends_at(looks, lines) for looks in (earlier, later))
-    gone = [piece for piece, was, is_there in zip(pieces, old, new, strict=True) if was and not is_there]
+    gone = [wall for wall, was, is_there in zip(before.walls, old, new, strict=True) if was and not is_there]
     lines, missed = _lines(gone), later.misses(gone) / _MISSED
     bodies = _bodies(lines)
     looked = later.passed(bodies) + np.array([missed[shapely.intersects(lines, each)].sum() for each in bodies])
-    return [piece for piece, enough in zip(gone, looked >= _SURELY, strict=True) if enough]
+    return [wall for wall, enough in zip(gone, looked >= _SURELY, strict=True) if enough]
 
 
 def _absent(pieces: Sequence[Wall], looks: Looks) -> tuple[FloatArray, ...]:
@@ -210,7 +205,8 @@ def _pieces(there: FeatureMap, other: FeatureMap, *, looks: Looks) -> list[Wall]
     """
     known = shapely.union_all(shapely.buffer(_lines(other.walls), _SAME))
     detected = np.array([_without_ends(each, each.inferred) for each in there.walls], dtype=object)
-    certain = _certain(there.walls)
+    # Parts that are wall wherever the ends may be.
+    certain = np.array([_without_ends(each, _uncertain(each)) for each in there.walls], dtype=object)
     pieces, owners = shapely.get_parts(shapely.difference(detected, known), return_index=True)
     overlaps = shapely.length(shapely.intersection(shapely.buffer(pieces, _EXACT), certain[owners]))
     pieces, owners = pieces[overlaps >= _SAME], owners[overlaps >= _SAME]
@@ -228,11 +224,6 @@ def _ends_at(looks: Looks, lines: _Shapes) -> BoolArray:
     feet = shapely.STRtree(shapely.points(looks.views_xy[:, 1]))
     found: BoolArray = np.isin(np.arange(len(lines)), feet.query(lines, predicate="dwithin", distance=_SAME)[0])
     return found
-
-
-def _certain(walls: Iterable[Wall]) -> _Shapes:
-    """Return the parts of walls that are wall wherever their ends may be."""
-    return np.array([_without_ends(each, _uncertain(each)) for each in walls], dtype=object)
 
 
 def _without_ends(wall: Wall, lengths: FloatArray) -> shapely.LineString:

@@ -10,6 +10,7 @@ from pydantic import BaseModel
 
 from echoplan.arrays import FloatArray
 from echoplan.diagnosis.consistency import stations_of
+from echoplan.diagnosis.localisation import disagreement, listed_starts
 from echoplan.errors import InputError, InvalidValueError
 from echoplan.geometry import compose, invert
 from echoplan.joint.localisation import localise
@@ -34,9 +35,6 @@ OneOrSeveral: TypeAlias = AnySource | Sequence[AnySource]
 _STATIONS = (24, 12, 6, 4)
 # Number of stations at the beginning that may fit the map nowhere, as in a doorway or beside moved furniture.
 _LOST = 3
-# Least Jaccard index of echoes and map. A greater one would refuse places with moved furniture, a smaller one would
-# take a room for another one that looks like it: benchmarks/several_recordings.py counts both.
-_MIN_JACCARD_INDEX = 0.7
 # Greatest median distance between the first poses in the map and the located ones [m]. Located poses err by less than
 # 1 cm in the mean (benchmarks/localisation.py).
 _LOCATED = 0.1
@@ -310,17 +308,29 @@ def _first_poses(name: str, sweeps: Sequence[Sweep], *, known: FeatureMap, rig: 
     first station that fits are placed by odometry.
     """
     numbers, recorded = stations_of(sweeps).numbers, sweeps[0].station
+    doubtful: list[Localisation] = []
     # A short recording is tried once with all of its stations.
     for stations in dict.fromkeys(min(each, int(numbers[-1]) + 1) for each in _STATIONS):
         first = sweeps[: int(np.searchsorted(numbers, stations))]
         for start in (recorded, None):
             found = _located(first, known=known, rig=rig, start=start)
-            if found is not None and not found.segments[-1].is_ambiguous:
+            if found is None:
+                continue
+            if not disagreement(found) and not found.segments[-1].is_ambiguous:
                 return _led_back(found, first, known=known, rig=rig)
-    problem = (
-        "it begins where the map so far shows too little or something else, or in one of several places that look alike"
-    )
-    raise InputError(name, problem, remedy="begin each recording where another one was, or map it alone")
+            doubtful.append(found)
+    raise InputError(name, _doubt(doubtful), remedy="begin each recording where another one was, or map it alone")
+
+
+def _doubt(located: Sequence[Localisation]) -> str:
+    """Say why none of these ways to locate a recording tells where it begins."""
+    if not located:
+        return "its echoes fit the map so far nowhere"
+    closest = max(located, key=lambda each: each.jaccard_index)
+    if poor := disagreement(closest):
+        return f"it begins where the map so far shows too little or something else: {poor}"
+    ambiguous = next(each for each in located if not disagreement(each))
+    return f"it begins in one of several places that look alike: {listed_starts(ambiguous.segments[-1])}"
 
 
 def _led_back(found: Localisation, sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig) -> FloatArray:
@@ -333,16 +343,12 @@ def _led_back(found: Localisation, sweeps: Sequence[Sweep], *, known: FeatureMap
     poses[fitting:] = found.poses[fitting:]
     # With this guess the sweeps before it may fit, too.
     again = _located(sweeps, known=known, rig=rig, start=poses[0])
-    return poses if again is None or again.kidnapped else again.poses
+    return poses if again is None or again.kidnapped or disagreement(again) else again.poses
 
 
 def _located(sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig, start: FloatArray | None) -> Localisation | None:
-    """Return the poses of some sweeps in a map, None if they fit nowhere or not at the start.
-
-    Some echoes may not fit the map, and something in it may be missing: furniture may have been moved.
-    """
+    """Return the poses of some sweeps in a map, None if they fit nowhere or not at the start."""
     try:
-        found = localise(sweeps, known, rig=rig, start=start, carried_until=_LOST)
+        return localise(sweeps, known, rig=rig, start=start, carried_until=_LOST)
     except InvalidValueError:
         return None
-    return found if found.jaccard_index >= _MIN_JACCARD_INDEX else None

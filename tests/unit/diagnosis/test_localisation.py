@@ -9,7 +9,7 @@ from echoplan.model import FeatureMap, Localisation, Quality, StartPose, Traject
 MAP = FeatureMap(method="joint", quality=Quality(verdict=Verdict.GOOD))
 
 
-def localisation(share: float, *weights: float) -> Localisation:
+def localisation(jaccard_index: float, *weights: float) -> Localisation:
     """One sweep at the origin, and poses with these probabilities at which it may have been made."""
     starts = tuple(StartPose(pose=np.array([x, 0.5, np.pi]), weight=weight) for x, weight in enumerate(weights))
     return Localisation(
@@ -17,8 +17,8 @@ def localisation(share: float, *weights: float) -> Localisation:
         poses=np.zeros((1, 3)),
         covariances=np.zeros((1, 3, 3)),
         segments=(TrajectorySegment(first=3, starts=starts),),
-        inlier_ratio=share,
-        jaccard_index=share,
+        inlier_ratio=0.95,
+        jaccard_index=jaccard_index,
     )
 
 
@@ -27,15 +27,17 @@ def test_a_localisation_that_the_map_explains_is_good() -> None:
 
 
 @pytest.mark.parametrize(
-    ("share", "verdict"), [(0.89, "good"), (0.87, "doubtful"), (0.71, "doubtful"), (0.69, "failed")]
+    ("jaccard_index", "verdict"), [(0.71, "good"), (0.69, "doubtful"), (0.61, "doubtful"), (0.59, "failed")]
 )
-def test_the_verdict_is_worse_the_less_the_map_explains(share: float, verdict: str) -> None:
-    assert assess_localisation(localisation(share, 1.0), MAP).verdict == verdict
+def test_the_verdict_is_worse_the_less_echoes_and_map_agree(jaccard_index: float, verdict: str) -> None:
+    assert assess_localisation(localisation(jaccard_index, 1.0), MAP).verdict == verdict
 
 
-def test_a_failed_localisation_says_how_little_fits_and_what_to_check() -> None:
+def test_a_failed_localisation_says_how_little_agrees_and_what_to_check() -> None:
     found = assess_localisation(localisation(0.43, 1.0), MAP)
-    assert found.reasons == ("Only 43 % of the echoes fit the map.",)
+    assert found.reasons == (
+        "Echoes and map agree to 43 % only (at least 70 % are expected): one shows much that the other does not.",
+    )
     assert "the map is of this place" in found.next_step
 
 

@@ -6,12 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from echoplan.errors import InputError
+from echoplan.errors import InputError, InvalidValueError
+from echoplan.geometry import compose
 from echoplan.io import builtin_rig
 from echoplan.joint.localisation import localise
 from echoplan.mapping import map_source
 from echoplan.mapping.recordings import open_recordings
-from echoplan.model import Localisation, Rig, Sweep
+from echoplan.model import Localisation, Rig, Source, Sweep
 from echoplan.simulation import SimulationSettings
 from echoplan.sources import open_source
 
@@ -28,6 +29,20 @@ class Unread:
 
     def __iter__(self) -> Iterator[Sweep]:
         pytest.fail("it was read")
+
+
+class Moved:
+    """A source with poses in another frame."""
+
+    def __init__(self, source: Source, away: np.ndarray) -> None:
+        self.name, self.rig, self.source, self.away = source.name, source.rig, source, away
+
+    def __len__(self) -> int:
+        return len(self.source)
+
+    def __iter__(self) -> Iterator[Sweep]:
+        for sweep in self.source:
+            yield replace(sweep, map_from_base=compose(self.away, sweep.map_from_base))
 
 
 @pytest.mark.parametrize(
@@ -68,8 +83,26 @@ def test_a_recording_of_which_too_little_is_like_the_map_is_refused(
 
     recordings = [open_source(f"sim:paper-room,seed={seed}") for seed in (1, 2)]
     monkeypatch.setattr("echoplan.mapping.recordings.localise", disagreeing)
-    with pytest.raises(InputError, match="it begins where the map so far shows too") if refused else nullcontext():
+    problem = r"it begins where the map so far shows too .* agree to 69 % only \(at least 70 % are expected\)"
+    with pytest.raises(InputError, match=problem) if refused else nullcontext():
         map_source(recordings)
+
+
+def test_a_recording_that_begins_in_one_of_several_places_is_refused() -> None:
+    recordings = [open_source(f"sim:square,seed={seed}") for seed in (1, 2)]
+    turned = Moved(recordings[1], away=np.array([2.0, 1.0, 0.5]))
+    places = r"places that look alike: x -?\d\.\d\d m, y .* \(\d\d %\) or x .*; begin each recording"
+    with pytest.raises(InputError, match=places):
+        map_source([recordings[0], turned])
+
+
+def test_a_recording_that_fits_nowhere_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    def nowhere(*_: object, **__: object) -> Localisation:
+        raise InvalidValueError("the echoes fit the map nowhere")
+
+    monkeypatch.setattr("echoplan.mapping.recordings.localise", nowhere)
+    with pytest.raises(InputError, match="its echoes fit the map so far nowhere; begin each recording"):
+        map_source([open_source(f"sim:paper-room,seed={seed}") for seed in (1, 2)])
 
 
 def test_a_recording_whose_poses_are_far_from_where_it_was_located_is_refused(

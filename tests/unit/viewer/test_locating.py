@@ -20,7 +20,7 @@ FOUND = Localisation(
 
 def test_the_first_and_the_last_pose_are_printed_with_their_95_percent_intervals() -> None:
     assert localisation_lines(FOUND, GOOD) == (
-        "Located: 98 % of the echoes fit the map.",
+        "Located: echoes and map agree to 97 %.",
         "First pose: x 0.800 ± 0.002 m, y 3.500 ± 0.004 m, yaw 0.00 ± 0.20°",
         "Last pose: x 4.450 ± 0.002 m, y 2.021 ± 0.004 m, yaw -90.00 ± 0.20°",
     )
@@ -34,7 +34,7 @@ def test_it_is_printed_between_which_sweeps_the_robot_was_carried_elsewhere() ->
 def test_reasons_and_the_next_step_follow_the_verdict() -> None:
     doubtful = Quality(verdict=Verdict.DOUBTFUL, reasons=("The map itself is doubtful.",), next_step="Map again.")
     assert localisation_lines(FOUND, doubtful)[:3] == (
-        "Located, but doubtful: 98 % of the echoes fit the map.",
+        "Located, but doubtful: echoes and map agree to 97 %.",
         "The map itself is doubtful.",
         "Next step: Map again.",
     )
