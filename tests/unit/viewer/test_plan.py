@@ -127,6 +127,11 @@ def test_stations_are_named_by_letters_in_their_order_whatever_their_sweeps() ->
     assert station_labels(np.zeros(0, dtype=np.int64), np.zeros((0, 2))) == []
 
 
+def test_a_station_where_another_one_was_has_no_letter() -> None:
+    places = np.array([[0.0, 0.0], [2.0, 0.0], [2.02, 0.01], [1.9, 0.0]])
+    assert station_labels(np.arange(4), places) == ["A", "B", "", "D"]
+
+
 def around(count: int) -> FloatArray:
     """Places on a circle, as far apart as can be."""
     return directions(np.linspace(0.0, 2 * np.pi, count, endpoint=False))
