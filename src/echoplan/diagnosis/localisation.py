@@ -46,7 +46,7 @@ def assess_localisation(
         return Quality(verdict=Verdict.GOOD)
     if found:
         step = "Correct the sensor, and record again."
-    elif localisation.segments[0].is_ambiguous:
+    elif localisation.is_ambiguous:
         step = "Pass --start X,Y,YAW, or drive on until the echoes differ."
     else:
         step = "Map the place again."
@@ -79,7 +79,7 @@ def disagreement(localisation: Localisation) -> str:
     if localisation.jaccard_index >= _MIN_GOOD:
         return ""
     return (
-        f"echoes and map agree to {100.0 * localisation.jaccard_index:.0f} % only (at least {100.0 * _MIN_GOOD:.0f} % "
+        f"echoes and map agree to {localisation.percent_in_common} % only (at least {100.0 * _MIN_GOOD:.0f} % "
         "are expected): one shows much that the other does not"
     )
 
@@ -95,7 +95,7 @@ def listed_starts(segment: TrajectorySegment) -> str:
     Returns
     -------
     str
-        The most likely poses with their probabilities.
+        The most likely poses, at most three, with their probabilities.
     """
     likely = [each for each in segment.starts[:_MAX_LISTED] if each.weight > _MIN_LISTED_WEIGHT]
     return " or ".join(

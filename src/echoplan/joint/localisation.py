@@ -83,7 +83,7 @@ def localise(
     Returns
     -------
     Localisation
-        The poses, the alternatives to the first one, and how many of the echoes the map explains.
+        The poses, the alternatives to the first one, and how far echoes and map agree.
 
     Raises
     ------
@@ -163,7 +163,8 @@ class _Track(NamedTuple):
     before : tuple of _Track
         Tracks up to the station before, the best first, if the robot was carried elsewhere; else none.
     gain : float
-        Log odds of what comes before the first station, less what chance adds to the scores from there on [nats].
+        Log odds of what comes before the first station, less what chance adds to the scores [nats]: what a robot
+        detects outside of the map fits somewhere in it, too, so only more than that speaks for a pose.
     weight : float
         Probability among the tracks from the same station on.
     """
@@ -206,7 +207,8 @@ class _Search:
         else:
             pose, score = locate(scan, self.landmark_map, start, _START_SIGMAS, settings)
             poses, scores = pose[None], np.array([score])
-        return [_Track(station, pose[None], score[None]) for pose, score in zip(poses, scores, strict=True)]
+        gain = -float(self.chance[station])
+        return [_Track(station, pose[None], score[None], gain=gain) for pose, score in zip(poses, scores, strict=True)]
 
     def elsewhere(self, tracks: Sequence[_Track], station: int) -> list[_Track]:
         """Return the tracks of a robot that was carried anywhere before a station; ``tracks`` lead to there.
@@ -216,8 +218,8 @@ class _Search:
         if station > self.carried_until:
             return []
         found, before = self.begun(station), tuple(tracks)
-        price = math.log(max(len(self.grid), 1)) + VERY_STRONG + float(self.chance[station])
-        return [each._replace(before=before, gain=before[0].total - price) for each in found]
+        price = math.log(max(len(self.grid), 1)) + VERY_STRONG
+        return [each._replace(before=before, gain=each.gain + before[0].total - price) for each in found]
 
     def continued(self, tracks: Sequence[_Track], station: int) -> list[_Track]:
         """Register the next station on all tracks, at least one, and give up those far worse than the best one."""
@@ -233,10 +235,8 @@ class _Search:
         reach, chance = self._reach_of_odometry(track, station), float(self.chance[station])
         pose, score = locate(self.scans[station], self.landmark_map, guess, 1.3 * reach, self.settings.localisation)
         score -= float(np.log(reach / near).sum())
-        # What a robot detects outside of the map fits somewhere in it by chance, so only more than that speaks for a
-        # robot that was carried there.
-        gain = track.gain - chance if track.before else track.gain
-        yield track._replace(poses=self._extended(track, pose), scores=np.append(track.scores, score), gain=gain)
+        extended, scores = self._extended(track, pose), np.append(track.scores, score)
+        yield track._replace(poses=extended, scores=scores, gain=track.gain - chance)
         if score < chance:
             yield track._replace(poses=np.append(track.poses, [guess], axis=0), scores=np.append(track.scores, 0.0))
 

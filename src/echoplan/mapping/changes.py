@@ -3,11 +3,12 @@
 A wall, or a piece of one, is gone if earlier recordings detected it, it is no longer in the map, and the robot looked
 at its place: it measured through it when it detected other walls, it drove through it, or stations that face it clearly
 do not detect it. A wall that many earlier stations detected may still be in the map: it is out of date if no later
-station detects it, and more of them looked at its place. A wall is new if it is only in the new map, and the earlier
-recordings looked at its place in the same way. Where nobody looked, nothing is reported. What a map inferred is neither
-gone nor new, and neither is a wall that is longer or shorter than before by less than the 95 % interval of its end. For
-cylinders, only lines of sight and the path count; one through which the recordings that show it looked as well is
-probably false, and not reported. Round walls are never reported, as no lines of sight to them are kept.
+station detects it, and more of them looked at its place or measured through it, also where it was only inferred. A wall
+is new if it is only in the new map, and the earlier recordings looked at its place in the same way. Where nobody
+looked, nothing is reported. What a map inferred is neither gone nor new, and neither is a wall that is longer or
+shorter than before by less than the 95 % interval of its end. For cylinders, only lines of sight and the path count;
+one through which the recordings that show it looked as well is probably false, and not reported. Round walls are never
+reported, as no lines of sight to them are kept.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -163,10 +164,10 @@ def outdated(before: FeatureMap, *, earlier: Looks, later: Looks) -> list[Wall]:
     -------
     list of Wall
         Walls that earlier stations detected and later ones did not. Together with the walls that they are joined to,
-        they need half as many looks again as walls that are not in the new map.
+        they need half as many looks again as walls that are not in the new map. Here, what was inferred counts as wall:
+        of the sides of a cupboard often little was detected, and the rest up to their corners inferred.
     """
-    lines = _lines(before.walls)
-    old, new = (_ends_at(looks, lines) for looks in (earlier, later))
+    old, new = (_ends_at(looks, _detected(before.walls)) for looks in (earlier, later))
     gone = [wall for wall, was, is_there in zip(before.walls, old, new, strict=True) if was and not is_there]
     lines, missed = _lines(gone), later.misses(gone) / _MISSED
     bodies = _bodies(lines)
@@ -204,7 +205,7 @@ def _pieces(there: FeatureMap, other: FeatureMap, *, looks: Looks) -> list[Wall]
     nothing speaks against it.
     """
     known = shapely.union_all(shapely.buffer(_lines(other.walls), _SAME))
-    detected = np.array([_without_ends(each, each.inferred) for each in there.walls], dtype=object)
+    detected = _detected(there.walls)
     # Parts that are wall wherever the ends may be.
     certain = np.array([_without_ends(each, _uncertain(each)) for each in there.walls], dtype=object)
     pieces, owners = shapely.get_parts(shapely.difference(detected, known), return_index=True)
@@ -224,6 +225,11 @@ def _ends_at(looks: Looks, lines: _Shapes) -> BoolArray:
     feet = shapely.STRtree(shapely.points(looks.views_xy[:, 1]))
     found: BoolArray = np.isin(np.arange(len(lines)), feet.query(lines, predicate="dwithin", distance=_SAME)[0])
     return found
+
+
+def _detected(walls: Iterable[Wall]) -> _Shapes:
+    """Return walls without the ends that were only inferred; a point if all of one was."""
+    return np.array([_without_ends(each, each.inferred) for each in walls], dtype=object)
 
 
 def _without_ends(wall: Wall, lengths: FloatArray) -> shapely.LineString:

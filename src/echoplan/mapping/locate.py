@@ -40,7 +40,7 @@ class LocateResult:
     feature_map : FeatureMap
         The map, with the poses of the recording.
     localisation : Localisation
-        The poses, the alternatives to the first one, and how many of the echoes the map explains.
+        The poses, the alternatives to the first one, and how far echoes and map agree.
     quality : Quality
         ``good``, or ``doubtful`` with the reasons and what to do.
     rig : Rig
@@ -172,7 +172,7 @@ def locate_source(
     Raises
     ------
     InputError
-        If the source or the map cannot be used, or if too few echoes fit the map.
+        If the source or the map cannot be used, or if the echoes do not agree with the map.
     InvalidValueError
         If the start is no pose.
 

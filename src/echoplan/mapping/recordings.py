@@ -308,29 +308,28 @@ def _first_poses(name: str, sweeps: Sequence[Sweep], *, known: FeatureMap, rig: 
     first station that fits are placed by odometry.
     """
     numbers, recorded = stations_of(sweeps).numbers, sweeps[0].station
-    doubtful: list[Localisation] = []
+    doubts: list[str] = []
     # A short recording is tried once with all of its stations.
     for stations in dict.fromkeys(min(each, int(numbers[-1]) + 1) for each in _STATIONS):
         first = sweeps[: int(np.searchsorted(numbers, stations))]
         for start in (recorded, None):
             found = _located(first, known=known, rig=rig, start=start)
-            if found is None:
-                continue
-            if not disagreement(found) and not found.segments[-1].is_ambiguous:
+            doubt = found if isinstance(found, str) else _doubt(found)
+            if isinstance(found, Localisation) and not doubt:
                 return _led_back(found, first, known=known, rig=rig)
-            doubtful.append(found)
-    raise InputError(name, _doubt(doubtful), remedy="begin each recording where another one was, or map it alone")
+            doubts.append(doubt)
+    remedy = "begin it where another recording was and no other place looks alike, or map it alone"
+    # Most is known from most stations, anywhere in the map.
+    raise InputError(name, doubts[1], remedy=remedy)
 
 
-def _doubt(located: Sequence[Localisation]) -> str:
-    """Say why none of these ways to locate a recording tells where it begins."""
-    if not located:
-        return "its echoes fit the map so far nowhere"
-    closest = max(located, key=lambda each: each.jaccard_index)
-    if poor := disagreement(closest):
+def _doubt(found: Localisation) -> str:
+    """Say why it is not certain where a recording begins; empty if it is."""
+    if poor := disagreement(found):
         return f"it begins where the map so far shows too little or something else: {poor}"
-    ambiguous = next(each for each in located if not disagreement(each))
-    return f"it begins in one of several places that look alike: {listed_starts(ambiguous.segments[-1])}"
+    if found.segments[-1].is_ambiguous:
+        return f"it begins in one of several places that look alike: {listed_starts(found.segments[-1])}"
+    return ""
 
 
 def _led_back(found: Localisation, sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig) -> FloatArray:
@@ -343,12 +342,12 @@ def _led_back(found: Localisation, sweeps: Sequence[Sweep], *, known: FeatureMap
     poses[fitting:] = found.poses[fitting:]
     # With this guess the sweeps before it may fit, too.
     again = _located(sweeps, known=known, rig=rig, start=poses[0])
-    return poses if again is None or again.kidnapped or disagreement(again) else again.poses
+    return poses if isinstance(again, str) or again.kidnapped or disagreement(again) else again.poses
 
 
-def _located(sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig, start: FloatArray | None) -> Localisation | None:
-    """Return the poses of some sweeps in a map, None if they fit nowhere or not at the start."""
+def _located(sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig, start: FloatArray | None) -> Localisation | str:
+    """Return the poses of some sweeps in a map, or why there are none."""
     try:
         return localise(sweeps, known, rig=rig, start=start, carried_until=_LOST)
-    except InvalidValueError:
-        return None
+    except InvalidValueError as error:
+        return str(error)

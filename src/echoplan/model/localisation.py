@@ -1,5 +1,6 @@
 """Localisation: the poses of a recording in a map that was made before, and how sure they are."""
 
+import math
 from dataclasses import dataclass
 
 from echoplan.arrays import FloatArray, IntArray, checked_floats, checked_integers, store
@@ -92,6 +93,11 @@ class Localisation:
     def is_ambiguous(self) -> bool:
         """Whether the first pose of a segment is not certain."""
         return any(each.is_ambiguous for each in self.segments)
+
+    @property
+    def percent_in_common(self) -> int:
+        """Jaccard index in percent, rounded down: what is below a limit is not printed as the limit."""
+        return math.floor(100.0 * self.jaccard_index + 1e-9)
 
     @property
     def kidnapped(self) -> tuple[int, ...]:

@@ -24,7 +24,7 @@ def localisation_lines(localisation: Localisation, quality: Quality) -> tuple[st
     """
     step = (f"Next step: {quality.next_step}",) if quality.next_step else ()
     verdict = "Located" if quality.verdict is Verdict.GOOD else "Located, but doubtful"
-    headline = f"{verdict}: echoes and map agree to {100.0 * localisation.jaccard_index:.0f} %."
+    headline = f"{verdict}: echoes and map agree to {localisation.percent_in_common} %."
     sweeps = localisation.sweeps.tolist()
     elsewhere = (
         f"The robot was carried elsewhere between sweeps {sweeps[sweeps.index(each) - 1]} and {each}."

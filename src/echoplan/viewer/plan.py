@@ -132,8 +132,8 @@ def station_labels(sweeps: IntArray, places_xy: FloatArray) -> list[str]:
 
     Examples
     --------
-    >>> station_labels(np.array([0, 1, 2]), np.zeros((3, 2)))
-    ['A', 'B', 'C']
+    >>> station_labels(np.array([0, 1, 2]), np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 0.001]]))
+    ['A', 'B', '']
     """
     if not len(sweeps):
         return []

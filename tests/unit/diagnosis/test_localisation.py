@@ -41,6 +41,12 @@ def test_a_failed_localisation_says_how_little_agrees_and_what_to_check() -> Non
     assert "the map is of this place" in found.next_step
 
 
+def test_an_agreement_below_the_limit_is_not_printed_as_the_limit() -> None:
+    (reason,) = assess_localisation(localisation(0.6999, 1.0), MAP).reasons
+    assert "agree to 69 % only (at least 70 % are expected)" in reason
+    assert localisation(0.69, 1.0).percent_in_common == 69
+
+
 def test_poses_that_fit_as_well_are_listed_with_their_probabilities() -> None:
     found = assess_localisation(localisation(0.99, 0.6, 0.398, 0.002), MAP)
     assert found.verdict is Verdict.DOUBTFUL

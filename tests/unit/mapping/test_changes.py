@@ -260,10 +260,17 @@ def test_what_no_earlier_station_detected_is_never_out_of_date() -> None:
 
 
 def test_views_through_ends_that_were_only_inferred_count_too() -> None:
-    # Of the sides of a cupboard often only little was detected, and the rest up to their corner inferred.
     inferred = replace(wall([[2.0, -1.5], [2.0, 0.5]]), inferred=np.array([0.0, 0.6]))
     before = FeatureMap(method="joint", walls=(wall(EAST), inferred))
     views = THROUGH_THREE_TIMES + np.array([0.0, 0.2])
+    assert len(out_of_date(before, later=views, detected=room(EAST))) == 1
+
+
+def test_a_view_that_ends_where_a_wall_was_only_inferred_does_not_detect_it() -> None:
+    # A side of a cupboard was drawn up to the wall behind it, which is detected there.
+    side = replace(wall([[2.0, 0.1], [4.0, 0.1]]), inferred=np.array([0.0, 0.4]))
+    before = FeatureMap(method="joint", walls=(wall(EAST), side))
+    views = np.array([[[3.0, y], [3.0, 4.0]] for y in (-1.0, -1.1, -1.2)])
     assert len(out_of_date(before, later=views, detected=room(EAST))) == 1
 
 

@@ -91,7 +91,7 @@ def test_a_recording_of_which_too_little_is_like_the_map_is_refused(
 def test_a_recording_that_begins_in_one_of_several_places_is_refused() -> None:
     recordings = [open_source(f"sim:square,seed={seed}") for seed in (1, 2)]
     turned = Moved(recordings[1], away=np.array([2.0, 1.0, 0.5]))
-    places = r"places that look alike: x -?\d\.\d\d m, y .* \(\d\d %\) or x .*; begin each recording"
+    places = r"places that look alike: x -?\d\.\d\d m, y .* \(\d\d %\) or x .*; begin it where"
     with pytest.raises(InputError, match=places):
         map_source([recordings[0], turned])
 
@@ -101,7 +101,7 @@ def test_a_recording_that_fits_nowhere_is_refused(monkeypatch: pytest.MonkeyPatc
         raise InvalidValueError("the echoes fit the map nowhere")
 
     monkeypatch.setattr("echoplan.mapping.recordings.localise", nowhere)
-    with pytest.raises(InputError, match="its echoes fit the map so far nowhere; begin each recording"):
+    with pytest.raises(InputError, match="the echoes fit the map nowhere; begin it where"):
         map_source([open_source(f"sim:paper-room,seed={seed}") for seed in (1, 2)])
 
 
