@@ -74,14 +74,12 @@ def disagreement(localisation: Localisation) -> str:
     Returns
     -------
     str
-        How far they agree, and what is expected; empty if that is enough.
+        How far they agree, and what is needed; empty if that is enough.
     """
     if localisation.jaccard_index >= _MIN_GOOD:
         return ""
-    return (
-        f"echoes and map agree to {localisation.percent_in_common} % only (at least {100.0 * _MIN_GOOD:.0f} % "
-        "are expected): one shows much that the other does not"
-    )
+    needed = f"{100.0 * _MIN_GOOD:.0f} % are needed"
+    return f"echoes and map agree to only {localisation.percent_in_common} % ({needed})"
 
 
 def listed_starts(segment: TrajectorySegment) -> str:

@@ -1,6 +1,7 @@
 """Several recordings of one place in one map: each is located in the map of those before it."""
 
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from os import PathLike, fspath
 from typing import TypeAlias, cast
@@ -313,23 +314,15 @@ def _first_poses(name: str, sweeps: Sequence[Sweep], *, known: FeatureMap, rig: 
     for stations in dict.fromkeys(min(each, int(numbers[-1]) + 1) for each in _STATIONS):
         first = sweeps[: int(np.searchsorted(numbers, stations))]
         for start in (recorded, None):
-            found = _located(first, known=known, rig=rig, start=start)
-            doubt = found if isinstance(found, str) else _doubt(found)
-            if isinstance(found, Localisation) and not doubt:
+            try:
+                found = _located(first, known=known, rig=rig, start=start)
+            except InvalidValueError as error:
+                doubts.append(str(error))
+            else:
                 return _led_back(found, first, known=known, rig=rig)
-            doubts.append(doubt)
+    # The reason that counts is that of most stations, searched in the whole map.
     remedy = "begin it where another recording was and no other place looks alike, or map it alone"
-    # Most is known from most stations, anywhere in the map.
     raise InputError(name, doubts[1], remedy=remedy)
-
-
-def _doubt(found: Localisation) -> str:
-    """Say why it is not certain where a recording begins; empty if it is."""
-    if poor := disagreement(found):
-        return f"it begins where the map so far shows too little or something else: {poor}"
-    if found.segments[-1].is_ambiguous:
-        return f"it begins in one of several places that look alike: {listed_starts(found.segments[-1])}"
-    return ""
 
 
 def _led_back(found: Localisation, sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig) -> FloatArray:
@@ -341,13 +334,17 @@ def _led_back(found: Localisation, sweeps: Sequence[Sweep], *, known: FeatureMap
     poses = compose(found.poses[fitting], compose(invert(recorded[fitting]), recorded))
     poses[fitting:] = found.poses[fitting:]
     # With this guess the sweeps before it may fit, too.
-    again = _located(sweeps, known=known, rig=rig, start=poses[0])
-    return poses if isinstance(again, str) or again.kidnapped or disagreement(again) else again.poses
+    with suppress(InvalidValueError):
+        again = _located(sweeps, known=known, rig=rig, start=poses[0])
+        return poses if again.kidnapped else again.poses
+    return poses
 
 
-def _located(sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig, start: FloatArray | None) -> Localisation | str:
-    """Return the poses of some sweeps in a map, or why there are none."""
-    try:
-        return localise(sweeps, known, rig=rig, start=start, carried_until=_LOST)
-    except InvalidValueError as error:
-        return str(error)
+def _located(sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig, start: FloatArray | None) -> Localisation:
+    """Return the poses of some sweeps in a map; raise ``InvalidValueError`` if there is a doubt about them."""
+    found = localise(sweeps, known, rig=rig, start=start, carried_until=_LOST)
+    if poor := disagreement(found):
+        raise InvalidValueError(f"its beginning is not in the map so far: {poor}")
+    if (segment := found.segments[-1]).is_ambiguous:
+        raise InvalidValueError(f"it begins in one of several places that look alike: {listed_starts(segment)}")
+    return found

@@ -35,15 +35,13 @@ def test_the_verdict_is_worse_the_less_echoes_and_map_agree(jaccard_index: float
 
 def test_a_failed_localisation_says_how_little_agrees_and_what_to_check() -> None:
     found = assess_localisation(localisation(0.43, 1.0), MAP)
-    assert found.reasons == (
-        "Echoes and map agree to 43 % only (at least 70 % are expected): one shows much that the other does not.",
-    )
+    assert found.reasons == ("Echoes and map agree to only 43 % (70 % are needed).",)
     assert "the map is of this place" in found.next_step
 
 
 def test_an_agreement_below_the_limit_is_not_printed_as_the_limit() -> None:
     (reason,) = assess_localisation(localisation(0.6999, 1.0), MAP).reasons
-    assert "agree to 69 % only (at least 70 % are expected)" in reason
+    assert "agree to only 69 % (70 % are needed)" in reason
     assert localisation(0.69, 1.0).percent_in_common == 69
 
 

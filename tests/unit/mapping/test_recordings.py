@@ -83,7 +83,7 @@ def test_a_recording_of_which_too_little_is_like_the_map_is_refused(
 
     recordings = [open_source(f"sim:paper-room,seed={seed}") for seed in (1, 2)]
     monkeypatch.setattr("echoplan.mapping.recordings.localise", disagreeing)
-    problem = r"it begins where the map so far shows too .* agree to 69 % only \(at least 70 % are expected\)"
+    problem = r"its beginning is not in the map so far: echoes and map agree to only 69 % \(70 % are needed\)"
     with pytest.raises(InputError, match=problem) if refused else nullcontext():
         map_source(recordings)
 
