@@ -12,9 +12,9 @@ from echoplan.viewer.uncertainty import Ellipse, error_ellipse
 
 __all__ = ["MOST_LABELS", "Plan", "station_labels"]
 
-# More names than letters would cover each other, and so would letters and numbers nearer than these shares of how far
-# stations go.
-MOST_LABELS, _LETTERS_APART, _NUMBERS_APART = len(string.ascii_uppercase), 1.0 / 36.0, 1.0 / 12.0
+# More names than letters would cover each other, and so would names that are nearer than they are wide: a character is
+# about this share of how far stations go.
+MOST_LABELS, _CHARACTER = len(string.ascii_uppercase), 1.0 / 36.0
 
 # Walls are drawn this thick, as a share of the drawing's greater side.
 _THICKNESS = 0.012
@@ -137,9 +137,8 @@ def station_labels(sweeps: IntArray, places_xy: FloatArray) -> list[str]:
     """
     if not len(sweeps):
         return []
-    few = len(sweeps) <= MOST_LABELS
-    names = string.ascii_uppercase if few else list(map(str, sweeps.tolist()))
-    apart = (_LETTERS_APART if few else _NUMBERS_APART) * float(np.ptp(places_xy, axis=0).max())
+    names = string.ascii_uppercase if len(sweeps) <= MOST_LABELS else list(map(str, sweeps.tolist()))
+    apart = _CHARACTER * max(map(len, names)) * float(np.ptp(places_xy, axis=0).max())
     named = list[int]()
     for number in range(0, len(sweeps), -(-len(sweeps) // MOST_LABELS)):
         if np.hypot(*(places_xy[named] - places_xy[number]).T).min(initial=np.inf) >= apart:
