@@ -91,6 +91,10 @@ def test_the_poses_of_both_are_in_the_frame_of_the_first(flat: ep.Simulation, ma
     assert np.hypot(*(found.poses - np.concatenate([true[:13], true[9:]]))[:, :2].T).max() < 0.003
 
 
+def test_the_report_names_both_recordings(mapped: Path) -> None:
+    assert "<h1>Map of one and two</h1>" in (mapped / "report.html").read_text(encoding="utf-8")
+
+
 def test_the_way_between_two_recordings_is_no_path(mapped: Path) -> None:
     assert len(read_map(mapped).openings) == 1
     assert [len(path_xy) for path_xy in read_map(mapped).paths_xy] == [13, len(read_map(mapped).poses) - 13]

@@ -66,6 +66,12 @@ class Recordings:
         """Source of the first recording, whose frame is that of the map."""
         return self.sources[0]
 
+    @property
+    def in_words(self) -> str:
+        """Names of the sources, as a title has them."""
+        first, *others = (each.name for each in self.sources)
+        return " and ".join([first, *others] if len(others) < 2 else [first, f"{len(others)} other recordings"])
+
     def read(self, progress: Progress) -> "Recordings":
         """Return them with their sweeps.
 

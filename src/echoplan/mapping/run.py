@@ -105,7 +105,7 @@ def map_source(
     offset_xy = (float(mapper.origin_xy[0]), float(mapper.origin_xy[1]))
     decisions = decisions_in_words([each.translated(offset_xy) for each in events], found)
     return MapResult(
-        title=f"Map of {opened.name}",
+        title=f"Map of {recordings.in_words}",
         run=Run(source=name or " ".join(read.names), method=method, start=None if start is None else fspath(start)),
         settings={"method": settings},
         plan=Plan(

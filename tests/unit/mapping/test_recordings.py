@@ -69,6 +69,18 @@ def test_recordings_of_one_name_have_numbers() -> None:
     assert opened.names == ("rotary-array (recording 1)", "ring-16", "rotary-array (recording 3)")
 
 
+@pytest.mark.parametrize(
+    ("rigs", "words"),
+    [
+        (["ring-16"], "ring-16"),
+        (["ring-16", "rotary-array"], "ring-16 and rotary-array"),
+        (["ring-16", "rotary-array", "ring-16"], "ring-16 and 2 other recordings"),
+    ],
+)
+def test_the_title_names_two_recordings_and_counts_more(rigs: list[str], words: str) -> None:
+    assert open_recordings([Unread(rig) for rig in rigs]).in_words == words
+
+
 def test_one_recording_given_twice_is_refused() -> None:
     with pytest.raises(InputError, match=r"\(recording 2\): it is given twice, so its echoes would count twice; name"):
         map_source([open_source("sim:square,seed=1")] * 2)
