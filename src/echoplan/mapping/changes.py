@@ -164,8 +164,8 @@ def outdated(before: FeatureMap, *, earlier: Looks, later: Looks) -> list[Wall]:
     -------
     list of Wall
         Walls that earlier stations detected and later ones did not. Together with the walls that they are joined to,
-        they need half as many looks again as walls that are not in the new map. Here, what was inferred counts as wall:
-        of the sides of a cupboard often little was detected, and the rest up to their corners inferred.
+        they need half as many looks again as walls that are not in the new map. Inferred parts count as well: often
+        most of a side of a cupboard was inferred.
     """
     old, new = (_ends_at(looks, _detected(before.walls)) for looks in (earlier, later))
     gone = [wall for wall, was, is_there in zip(before.walls, old, new, strict=True) if was and not is_there]
