@@ -1,7 +1,6 @@
 """Several recordings of one place in one map: each is located in the map of those before it."""
 
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from os import PathLike, fspath
 from typing import TypeAlias, cast
@@ -34,8 +33,8 @@ OneOrSeveral: TypeAlias = AnySource | Sequence[AnySource]
 # Numbers of stations by which a recording is located, in this order: more of them decide between rooms that look alike,
 # but perhaps only its beginning lies in the map.
 _STATIONS = (24, 12, 6, 4)
-# Number of stations at the beginning that may fit the map nowhere, as in a doorway or beside moved furniture.
-_LOST = 3
+# Number of stations at the beginning that may fit the map nowhere, as in a doorway or beside moved furniture; and none.
+_LOST, _NONE = 3, -1
 # Greatest median distance between the first poses in the map and the located ones [m]. Located poses err by less than
 # 1 cm in the mean (benchmarks/localisation.py).
 _LOCATED = 0.1
@@ -312,7 +311,7 @@ def _first_poses(name: str, sweeps: Sequence[Sweep], *, known: FeatureMap, rig: 
     """Return the poses of the first sweeps in the map of the recordings before it, shape (k, 3) [m, m, rad].
 
     The recorded pose is tried first: recordings in one frame can be joined in a symmetric place, too. Sweeps before the
-    first station that fits are placed by odometry.
+    first station that fits are located from there.
     """
     numbers, recorded = stations_of(sweeps).numbers, sweeps[0].station
     doubts: list[str] = []
@@ -332,18 +331,15 @@ def _first_poses(name: str, sweeps: Sequence[Sweep], *, known: FeatureMap, rig: 
 
 
 def _led_back(found: Localisation, sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig) -> FloatArray:
-    """Return the poses of sweeps, of which the first ones may not fit without a guess."""
+    """Return the poses of sweeps, of which the first ones may not fit without a guess.
+
+    These are located in the opposite order, from the first one that fits: forwards, the robot counts as carried there.
+    """
     fitting = int(np.searchsorted(found.sweeps, found.segments[-1].first))
     if fitting == 0:
         return found.poses
-    recorded = np.array([sweep.station for sweep in sweeps])
-    poses = compose(found.poses[fitting], compose(invert(recorded[fitting]), recorded))
-    poses[fitting:] = found.poses[fitting:]
-    # With this guess the sweeps before it may fit, too.
-    with suppress(InvalidValueError):
-        again = _located(sweeps, known=known, rig=rig, start=poses[0])
-        return poses if again.kidnapped else again.poses
-    return poses
+    back = localise(sweeps[fitting::-1], known, rig=rig, start=found.poses[fitting], carried_until=_NONE)
+    return np.concatenate([back.poses[:0:-1], found.poses[fitting:]])
 
 
 def _located(sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig, start: FloatArray | None) -> Localisation:

@@ -135,7 +135,7 @@ def test_a_recording_whose_poses_are_far_from_where_it_was_located_is_refused(
 
 
 @pytest.mark.parametrize("seed", [3, 6])
-def test_the_first_sweep_is_located_although_only_later_ones_fit_without_a_guess(
+def test_the_first_sweep_is_located_from_later_ones_if_only_these_fit_without_a_guess(
     monkeypatch: pytest.MonkeyPatch, seed: int
 ) -> None:
     drift = SimulationSettings.model_validate({"odometry": {"along": 0.05, "yaw_per_metre": 0.08}})
@@ -150,4 +150,4 @@ def test_the_first_sweep_is_located_although_only_later_ones_fit_without_a_guess
     found = map_source([open_source("sim:paper-room,seed=1"), drifting]).feature_map
     first = next(iter(true)).station
     assert not found.changes[0]
-    assert np.hypot(*(found.poses[-len(true)] - first)[:2]) < 0.003
+    assert np.hypot(*(found.poses[-len(true)] - first)[:2]) < 0.01
