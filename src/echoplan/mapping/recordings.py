@@ -1,6 +1,7 @@
 """Several recordings of one place in one map: each is located in the map of those before it."""
 
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from os import PathLike, fspath
 from typing import TypeAlias, cast
@@ -33,8 +34,9 @@ OneOrSeveral: TypeAlias = AnySource | Sequence[AnySource]
 # Numbers of stations by which a recording is located, in this order: more of them decide between rooms that look alike,
 # but perhaps only its beginning lies in the map.
 _STATIONS = (24, 12, 6, 4)
-# Number of stations at the beginning that may fit the map nowhere, as in a doorway or beside moved furniture; and none.
-_LOST, _NONE = 3, -1
+# Last station, counted from 0, before which a robot may count as carried. The first stations may fit the map nowhere, as
+# in a doorway or beside moved furniture: then it counts as carried to the first one that fits.
+_LOST, _NEVER = 3, -1
 # Greatest median distance between the first poses in the map and the located ones [m]. Located poses err by less than
 # 1 cm in the mean (benchmarks/localisation.py).
 _LOCATED = 0.1
@@ -333,13 +335,17 @@ def _first_poses(name: str, sweeps: Sequence[Sweep], *, known: FeatureMap, rig: 
 def _led_back(found: Localisation, sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig) -> FloatArray:
     """Return the poses of sweeps, of which the first ones may not fit without a guess.
 
-    These are located in the opposite order, from the first one that fits: forwards, the robot counts as carried there.
+    The guess is their poses if they are located in the opposite order, from the first one that fits.
     """
     fitting = int(np.searchsorted(found.sweeps, found.segments[-1].first))
     if fitting == 0:
         return found.poses
-    back = localise(sweeps[fitting::-1], known, rig=rig, start=found.poses[fitting], carried_until=_NONE)
-    return np.concatenate([back.poses[:0:-1], found.poses[fitting:]])
+    back = localise(sweeps[fitting::-1], known, rig=rig, start=found.poses[fitting], carried_until=_NEVER)
+    poses = np.concatenate([back.poses[:0:-1], found.poses[fitting:]])
+    with suppress(InvalidValueError):
+        again = _located(sweeps, known=known, rig=rig, start=poses[0])
+        return poses if again.kidnapped else again.poses
+    return poses
 
 
 def _located(sweeps: Sequence[Sweep], *, known: FeatureMap, rig: Rig, start: FloatArray | None) -> Localisation:
