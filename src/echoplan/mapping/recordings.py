@@ -34,8 +34,8 @@ OneOrSeveral: TypeAlias = AnySource | Sequence[AnySource]
 # Numbers of stations by which a recording is located, in this order: more of them decide between rooms that look alike,
 # but perhaps only its beginning lies in the map.
 _STATIONS = (24, 12, 6, 4)
-# Last station, counted from 0, before which a robot may count as carried. The first stations may fit the map nowhere, as
-# in a doorway or beside moved furniture: then it counts as carried to the first one that fits.
+# Last station, counted from 0, before which a robot may count as carried, and a number that means never. The first
+# stations may fit the map nowhere, as in a doorway: then it counts as carried to the first one that fits.
 _LOST, _NEVER = 3, -1
 # Greatest median distance between the first poses in the map and the located ones [m]. Located poses err by less than
 # 1 cm in the mean (benchmarks/localisation.py).
