@@ -8,7 +8,6 @@ was no sound; ``--as-sound`` makes it assume sound, to show the difference.
 
 import argparse
 import math
-import time
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from functools import partial
@@ -17,9 +16,9 @@ import numpy as np
 
 from echoplan.cli.terminal import show, tracked
 from echoplan.evaluation import Evaluation, evaluate
-from echoplan.joint.mapper import JointMapper
-from echoplan.methods import map_sweeps
+from echoplan.joint.settings import PoseMode
 from echoplan.model import Table
+from library.mapping import map_by_joint
 from library.ray_cones import cast, with_cones
 from library.rooms import random_simulation
 from library.score_tables import SCORE_COLUMNS, score_row
@@ -64,9 +63,9 @@ def run(half_angle: float, seed: int, *, noise: float, as_sound: bool) -> tuple[
     simulation, rng = random_simulation(seed), np.random.default_rng(seed)
     rig = with_cones(simulation.rig, math.radians(half_angle))
     sweeps = cast(tuple(simulation), simulation.world, rig, rays=RAYS, noise=noise, rng=rng)
-    begun = time.process_time()
-    found = map_sweeps(JointMapper(replace(rig, rays=False) if as_sound else rig), sweeps)
-    return evaluate(found, simulation.truth), time.process_time() - begun
+    simulation = replace(simulation, rig=replace(rig, rays=False) if as_sound else rig)
+    found, seconds = map_by_joint(simulation, sweeps, PoseMode.AUTO)
+    return evaluate(found, simulation.truth), seconds
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
-"""Wall segments: which parts of a line are wall, as a two-state Markov chain along it.
+"""Wall segments: which parts of a line are wall, as a Markov chain along it.
 
-Each cell of a line is wall or not. A station contributes to the cell at the foot of its perpendicular, and to ends of
-the wall near it (``endpoint_views``). Where sound or the robot passed through there is no wall. Ends are rare.
-Forward-backward smoothing (``markov_chain``) gives the probability of each cell, and of an end at each border.
+Each cell of a line is wall or not. A station contributes to the cell at the foot of its perpendicular, depending on how
+far this is from an end of the wall (``endpoint_views``). Where sound or the robot passed through there is no wall. Ends
+are rare. Forward-backward smoothing (``markov_chain``) gives the probability of each cell and of an end at each border.
 """
 
 import math
@@ -207,8 +207,8 @@ class _Line:
         cells: IntArray = np.floor((places - self.start) / CELL).astype(np.int64).clip(0, self.count - 1)
         return cells
 
-    def potentials(self, corners: Sequence[CornerOnLine]) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the log potentials of the chain: cells, ends and no ends [nats]."""
+    def potentials(self, corners: Sequence[CornerOnLine]) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Return the log potentials of the chain: cells, cells near an end, ends and no ends [nats]."""
         settings, history = self.settings, self.wall.history
         crossings = _near(history.crossings, self.feet)
         places = np.concatenate([self.feet, crossings])
@@ -223,12 +223,16 @@ class _Line:
         for corner in corners:
             border = int(np.abs(self.borders - corner.place).argmin())
             ends[:, border], stay[:, border] = self._at_corner(corner, rate)
-        for foot, (lower, upper) in zip(self.feet, self.ratios, strict=True):
+        steps = CELL * np.arange(round(OFFSETS[-1] / CELL))
+        near = np.zeros((self.count, 2, len(steps)))
+        for cell, foot, (lower, upper) in zip(self.cells_of(self.feet), self.feet, self.ratios, strict=True):
             for side, by_end, over in ((0, lower, self.borders - foot), (1, upper, foot - self.borders)):
                 # The cell of the foot holds the ratio of a wall without end; only the change by an end is added.
-                inside = np.where(over <= 0.0, by_end[0], 0.0)
-                ends[side] += np.interp(over, OFFSETS, by_end, right=0.0) - inside
-        return cells, ends, stay
+                ends[side] += np.where(over <= 0.0, np.interp(over, OFFSETS, by_end) - by_end[0], 0.0)
+            into = foot - self.start - CELL * cell
+            near[cell, 0] += np.interp(into + steps, OFFSETS, upper)
+            near[cell, 1] += np.interp(CELL - into + steps, OFFSETS, lower)
+        return cells, near, ends, stay
 
     def _at_corner(self, corner: CornerOnLine, rate: float) -> tuple[FloatArray, FloatArray]:
         """Return the log potentials of ends and no ends at a detected corner, which may be a false detection [nats]."""

@@ -104,6 +104,16 @@ def test_close_stations_open_a_wall_only_in_greater_number() -> None:
     assert len(segments_of(missed_by(6, 0.15))) == 2
 
 
+def test_stations_that_would_also_detect_the_ends_of_a_gap_open_no_wall() -> None:
+    (east,) = remembered(detecting(listening(row(0.5)), [LONG]), [EAST])
+    # From far away or with a wide cone, a station detects a wall from a little past its end. Of a narrow gap it would
+    # detect one end, not both.
+    many = LineEvidence(np.full(8, 0.25), np.array([[0.0, 0.25]] * 8), np.full((8, 2, len(OFFSETS)), 0.0))
+    many.log_ratios[:, :, OFFSETS < 0.1] = 20.0
+    history = replace(east.history, line=east.history.line.joined(many))
+    assert len(segments_of([replace(east, history=history)])) == 1
+
+
 def test_the_path_of_the_robot_opens_a_wall() -> None:
     known = remembered(detecting(listening(row()), [LONG]), [EAST])
     before, after = segments_of(known, path_xy=across(0.04))
