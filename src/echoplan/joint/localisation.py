@@ -19,7 +19,7 @@ from scipy.special import softmax
 
 from echoplan.arrays import FloatArray, IntArray
 from echoplan.errors import InvalidValueError
-from echoplan.geometry import compose, invert
+from echoplan.geometry import compose, invert, wrap
 from echoplan.joint.estimate import Estimate
 from echoplan.joint.initial_estimate import initial_estimate
 from echoplan.joint.known_map import known_landmarks, prior_of_map
@@ -200,15 +200,15 @@ class _Search:
         return _MIN_FIT * np.array([best_score(each, self.settings.localisation) for each in self.scans])
 
     def begun(self, station: int, start: FloatArray | None = None) -> list[_Track]:
-        """Return the poses at which a station fits, near a start or anywhere, the best first; there may be none."""
-        scan, settings = self.scans[station], self.settings.localisation
-        if start is None:
-            poses, scores = find_poses(scan, self.landmark_map, grid=self.grid, settings=settings)
-        else:
-            pose, score = locate(scan, self.landmark_map, start, _START_SIGMAS, settings)
-            poses, scores = pose[None], np.array([score])
-        gain = -float(self.chance[station])
-        return [_Track(station, pose[None], score[None], gain=gain) for pose, score in zip(poses, scores, strict=True)]
+        """Return the poses at which a station fits, near a start or anywhere, the best first; there may be none.
+
+        At a start, the station may also be outside of the map.
+        """
+        grid, settings = self.grid if start is None else _near(start), self.settings.localisation
+        poses, scores = find_poses(self.scans[station], self.landmark_map, grid=grid, settings=settings)
+        begun = partial(_Track, station, gain=-float(self.chance[station]))
+        tracks = list(map(begun, poses[:, None], scores[:, None]))
+        return tracks if start is None else [*tracks, _Track(station, start[None], np.zeros(1))]
 
     def elsewhere(self, tracks: Sequence[_Track], station: int) -> list[_Track]:
         """Return the tracks of a robot that was carried anywhere before a station; ``tracks`` lead to there.
@@ -260,6 +260,13 @@ class _Search:
         way = np.diff(self.priors.measured_poses[after : station + 1, :2], axis=0)
         reach[:2] += np.hypot(*way.T).sum() * reach[2]
         return reach
+
+
+def _near(start: FloatArray) -> FloatArray:
+    """Return poses up to three standard deviations away from a start, shape (p, 3) [m, m, rad]."""
+    grid = pose_grid(start[:2] + 3.0 * np.outer([-1.0, 1.0], _START_SIGMAS[:2]))
+    near: FloatArray = grid[np.abs(wrap(grid[:, 2] - start[2])) <= 3.0 * _START_SIGMAS[2]]
+    return near
 
 
 def _best(tracks: Sequence[_Track]) -> list[_Track]:

@@ -126,6 +126,16 @@ def test_a_start_nearby_leads_to_the_same_poses(found: Localisation, sweeps: lis
     assert [len(each.starts) for each in near.segments] == [1]
 
 
+@pytest.mark.parametrize("off", [[0.2, 0.05, 0.1], [-0.2, 0.0, 0.1], [0.25, 0.0, -0.2]])
+def test_later_stations_correct_a_start_that_is_off_along_the_only_wall_it_detects(off: list[float]) -> None:
+    first, *others = recorded(POSES[1:])
+    wall = (first.ranges > 1.2) & (first.ranges < 1.4)
+    sweeps = [replace(first, ranges=np.where(wall, first.ranges, np.inf)), *others]
+    found = localise(sweeps, ROOM, rig=RIG, start=POSES[1] + off)
+    assert distances(found, POSES[1:]) == pytest.approx(np.zeros(4), abs=0.005)
+    assert not found.is_ambiguous
+
+
 def test_a_start_elsewhere_is_refused(sweeps: list[Sweep]) -> None:
     with pytest.raises(InvalidValueError, match="does not begin there"):
         localise(sweeps, ROOM, rig=RIG, start=np.array([3.3, 0.5, -2.0]))
