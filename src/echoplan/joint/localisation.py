@@ -202,9 +202,12 @@ class _Search:
     def begun(self, station: int, start: FloatArray | None = None) -> list[_Track]:
         """Return the poses at which a station fits, near a start or anywhere, the best first; there may be none.
 
-        At a start, the station may also be outside of the map.
+        A start may be off by three standard deviations, and its station may be outside of the map.
         """
-        grid, settings = self.grid if start is None else _near(start), self.settings.localisation
+        grid, settings = self.grid, self.settings.localisation
+        if start is not None:
+            grid = pose_grid(start[:2] + 3.0 * np.outer([-1.0, 1.0], _START_SIGMAS[:2]))
+            grid = grid[np.abs(wrap(grid[:, 2] - start[2])) <= 3.0 * _START_SIGMAS[2]]
         poses, scores = find_poses(self.scans[station], self.landmark_map, grid=grid, settings=settings)
         begun = partial(_Track, station, gain=-float(self.chance[station]))
         tracks = list(map(begun, poses[:, None], scores[:, None]))
@@ -260,13 +263,6 @@ class _Search:
         way = np.diff(self.priors.measured_poses[after : station + 1, :2], axis=0)
         reach[:2] += np.hypot(*way.T).sum() * reach[2]
         return reach
-
-
-def _near(start: FloatArray) -> FloatArray:
-    """Return poses up to three standard deviations away from a start, shape (p, 3) [m, m, rad]."""
-    grid = pose_grid(start[:2] + 3.0 * np.outer([-1.0, 1.0], _START_SIGMAS[:2]))
-    near: FloatArray = grid[np.abs(wrap(grid[:, 2] - start[2])) <= 3.0 * _START_SIGMAS[2]]
-    return near
 
 
 def _best(tracks: Sequence[_Track]) -> list[_Track]:
