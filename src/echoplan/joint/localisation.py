@@ -105,10 +105,11 @@ def localise(
         grid=pose_grid(np.concatenate([*(wall.endpoints_xy for wall in feature_map.walls), feature_map.poses[:, :2]])),
         priors=priors._replace(sigmas=np.concatenate([[_START_SIGMAS], priors.sigmas[1:]])),
         settings=settings,
+        start=None if start is None else start - origin,
         carried_until=carried_until,
     )
-    followed = _followed(search, None if start is None else start - origin)
-    parts = list(map(partial(_weighed, estimate=estimate, feature_map=feature_map, rig=rig), followed))
+    followed = _followed(search)
+    parts = list(map(partial(_weighed, search=search, estimate=estimate, feature_map=feature_map, rig=rig), followed))
     # Indices of the first sweep of each station, and of each part.
     of_stations = np.unique(stations.numbers, return_index=True)[1]
     of_parts = of_stations[[tracks[0].first for tracks in parts]]
@@ -191,6 +192,8 @@ class _Search:
     grid: FloatArray
     priors: PosePrior
     settings: EstimateSettings
+    # About where the recording begins, shape (3,) [m, m, rad]; anywhere if it is None.
+    start: FloatArray | None
     # Last station before which the robot may have been carried elsewhere.
     carried_until: float
 
@@ -199,19 +202,33 @@ class _Search:
         """Scores that echoes of another place may reach by chance, shape (s,) [nats]."""
         return _MIN_FIT * np.array([best_score(each, self.settings.localisation) for each in self.scans])
 
-    def begun(self, station: int, start: FloatArray | None = None) -> list[_Track]:
-        """Return the poses at which a station fits, near a start or anywhere, the best first; there may be none.
+    def log_prior(self, first_pose: FloatArray) -> float:
+        """Return the log density of the first pose by the start, less its greatest value [nats]."""
+        if self.start is None:
+            return 0.0
+        off = first_pose - self.start
+        return -0.5 * float(np.sum((np.append(off[:2], wrap(off[2])) / _START_SIGMAS) ** 2))
 
-        A start may be off by three standard deviations, and its station may be outside of the map.
-        """
-        grid, settings = self.grid, self.settings.localisation
-        if start is not None:
-            grid = pose_grid(start[:2] + 3.0 * np.outer([-1.0, 1.0], _START_SIGMAS[:2]))
-            grid = grid[np.abs(wrap(grid[:, 2] - start[2])) <= 3.0 * _START_SIGMAS[2]]
-        poses, scores = find_poses(self.scans[station], self.landmark_map, grid=grid, settings=settings)
-        begun = partial(_Track, station, gain=-float(self.chance[station]))
-        tracks = list(map(begun, poses[:, None], scores[:, None]))
-        return tracks if start is None else [*tracks, _Track(station, start[None], np.zeros(1))]
+    def at_start(self) -> list[_Track]:
+        """Return the poses near the start at which the first station fits; it may also be outside of the map there."""
+        if self.start is None:
+            return self.anywhere(0)
+        grid = pose_grid(self.start[:2] + 3.0 * np.outer([-1.0, 1.0], _START_SIGMAS[:2]))
+        grid = grid[np.abs(wrap(grid[:, 2] - self.start[2])) <= 3.0 * _START_SIGMAS[2]]
+        tracks = [each._replace(gain=each.gain + self.log_prior(each.poses[0])) for each in self._fitting(0, grid)]
+        return [*tracks, _Track(0, self.start[None], np.zeros(1))]
+
+    def anywhere(self, station: int) -> list[_Track]:
+        """Return the poses all over the map at which a station fits, the best first; there may be none."""
+        return self._fitting(station, self.grid)
+
+    def _fitting(self, station: int, grid: FloatArray) -> list[_Track]:
+        """Return the poses near those of a grid at which a station fits, the best first."""
+        poses, scores = find_poses(
+            self.scans[station], self.landmark_map, grid=grid, settings=self.settings.localisation
+        )
+        gain = -float(self.chance[station])
+        return [_Track(station, pose[None], score[None], gain=gain) for pose, score in zip(poses, scores, strict=True)]
 
     def elsewhere(self, tracks: Sequence[_Track], station: int) -> list[_Track]:
         """Return the tracks of a robot that was carried anywhere before a station; ``tracks`` lead to there.
@@ -220,7 +237,7 @@ class _Search:
         """
         if station > self.carried_until:
             return []
-        found, before = self.begun(station), tuple(tracks)
+        found, before = self.anywhere(station), tuple(tracks)
         price = math.log(max(len(self.grid), 1)) + VERY_STRONG
         return [each._replace(before=before, gain=each.gain + before[0].total - price) for each in found]
 
@@ -284,25 +301,25 @@ def _apart(tracks: Sequence[_Track], *, most: int, same: tuple[float, float] = S
     return [tracks[each] for each in apart(ends, totals, most=most, same=same)]
 
 
-def _begun(search: _Search, start: FloatArray | None) -> list[_Track]:
+def _begun(search: _Search) -> list[_Track]:
     """Return the poses at which the first station fits, the best first; raise ``InvalidValueError`` if it does not."""
-    if start is None and not len(search.grid):
+    if search.start is None and not len(search.grid):
         raise InvalidValueError("the map is too large to be searched everywhere: a start is needed")
-    tracks = search.begun(0, start)
+    tracks = search.at_start()
     if not tracks:
         raise InvalidValueError("the echoes fit the map nowhere")
-    if start is None:
+    if search.start is None:
         return tracks
     not_yet = _Track(0, np.zeros((0, 3)), np.zeros(0))
     return _best([*tracks, *search.elsewhere([not_yet], 0)])
 
 
-def _followed(search: _Search, start: FloatArray | None) -> list[list[_Track]]:
+def _followed(search: _Search) -> list[list[_Track]]:
     """Return the tracks of each part of the recording that odometry connects, the best first.
 
     Raise ``InvalidValueError`` if the recording does not begin at the start.
     """
-    tracks = _begun(search, start)
+    tracks = _begun(search)
     for station in range(1, len(search.scans)):
         before, tracks = tracks, search.continued(tracks, station)
         if all(each.before and each.first == 0 for each in tracks):
@@ -321,7 +338,9 @@ def _parts(tracks: Sequence[_Track]) -> list[list[_Track]]:
     return [*_parts(part[0].before), part] if part[0].before else [part]
 
 
-def _weighed(tracks: Sequence[_Track], *, estimate: Estimate, feature_map: FeatureMap, rig: Rig) -> list[_Track]:
+def _weighed(
+    tracks: Sequence[_Track], *, search: _Search, estimate: Estimate, feature_map: FeatureMap, rig: Rig
+) -> list[_Track]:
     """Return the best track of each place with its weight at optimised poses, the likeliest first."""
     tracks = _apart(tracks, most=_MAX_OPTIMISED, same=SAME_PLACE)
     if len(tracks) == 1:
@@ -329,6 +348,8 @@ def _weighed(tracks: Sequence[_Track], *, estimate: Estimate, feature_map: Featu
     optimised = [_optimised(each, estimate, feature_map=feature_map, rig=rig) for each in tracks]
     # Several of them may end at one place.
     ends, log_odds = np.array([each.poses[-1] for each in optimised]), np.array(list(map(_log_odds, optimised)))
+    if tracks[0].first == 0:
+        log_odds += [search.log_prior(each.poses[0]) for each in optimised]
     kept = apart(ends, log_odds, most=_MAX_OPTIMISED, same=SAME_PLACE)
     return [
         tracks[each]._replace(poses=optimised[each].poses, weight=float(weight))

@@ -136,6 +136,17 @@ def test_later_stations_correct_a_start_that_is_off_along_the_only_wall_it_detec
     assert not found.is_ambiguous
 
 
+@pytest.mark.parametrize("off", [0.0, 0.1])
+def test_a_start_holds_where_echoes_leave_it_open(off: float) -> None:
+    # A corridor of which no end is detected.
+    sides = [[-10.0, 0.0], [14.0, 0.0], [14.0, 2.8], [-10.0, 2.8]]
+    long = maps.drawn(*(maps.wall(*pair, covariance=OF_WALLS) for pair in (sides[:2], sides[2:])))
+    sweeps = recorded(POSES, sides=sides, pillar=False)
+    found = localise(sweeps, long, rig=RIG, start=POSES[0] + [off, 0.0, 0.05])
+    assert distances(found, POSES) == pytest.approx(np.full(5, off), abs=0.03)
+    assert not found.is_ambiguous
+
+
 def test_a_start_elsewhere_is_refused(sweeps: list[Sweep]) -> None:
     with pytest.raises(InvalidValueError, match="does not begin there"):
         localise(sweeps, ROOM, rig=RIG, start=np.array([3.3, 0.5, -2.0]))

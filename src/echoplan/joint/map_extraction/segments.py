@@ -226,9 +226,9 @@ class _Line:
         steps = CELL * np.arange(round(OFFSETS[-1] / CELL))
         near = np.zeros((self.count, 2, len(steps)))
         for cell, foot, (lower, upper) in zip(self.cells_of(self.feet), self.feet, self.ratios, strict=True):
-            for side, by_end, over in ((0, lower, self.borders - foot), (1, upper, foot - self.borders)):
-                # The cell of the foot holds the ratio of a wall without end; only the change by an end is added.
-                ends[side] += np.where(over <= 0.0, np.interp(over, OFFSETS, by_end) - by_end[0], 0.0)
+            # The cell of the foot holds the ratio of a wall without end; an end beside it inside the wall changes it.
+            ends[0, :cell] += np.interp(self.borders[:cell] - foot, OFFSETS, lower) - lower[0]
+            ends[1, cell:] += np.interp(foot - self.borders[cell:], OFFSETS, upper) - upper[0]
             into = foot - self.start - CELL * cell
             near[cell, 0] += np.interp(into + steps, OFFSETS, upper)
             near[cell, 1] += np.interp(CELL - into + steps, OFFSETS, lower)

@@ -66,6 +66,14 @@ def test_marginals_equal_those_by_enumeration_for_any_potentials(
     assert found.ends[0] - found.ends[1] == pytest.approx(np.diff(found.wall), abs=1e-9)
 
 
+def test_contradictory_evidence_of_hundreds_of_stations_leaves_probabilities() -> None:
+    cells = np.repeat([265.0, -150.0, -1e6, 265.0], 30)
+    near, border = np.full((120, 2, REACH), -150.0), np.full((2, 119), np.log(0.0067))
+    found = smoothed(cells, near, border, np.full((2, 119), np.log1p(-0.0067)))
+    assert found.wall == pytest.approx(np.repeat([1.0, 0.0, 0.0, 1.0], 30), abs=1e-6)
+    assert found.ends.sum(axis=1) == pytest.approx([1.0, 1.0])
+
+
 def test_the_probability_of_a_single_cell_follows_from_its_ratio() -> None:
     found = smoothed(np.array([np.log(3.0)]), np.zeros((1, 2, REACH)), np.zeros((2, 0)), np.zeros((2, 0)))
     assert found.wall == pytest.approx([0.75])

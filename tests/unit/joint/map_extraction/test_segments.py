@@ -106,9 +106,9 @@ def test_close_stations_open_a_wall_only_in_greater_number() -> None:
 
 def test_stations_that_would_also_detect_the_ends_of_a_gap_open_no_wall() -> None:
     (east,) = remembered(detecting(listening(row(0.5)), [LONG]), [EAST])
-    # From far away or with a wide cone, a station detects a wall from a little past its end. Of a narrow gap it would
-    # detect one end, not both.
-    many = LineEvidence(np.full(8, 0.25), np.array([[0.0, 0.25]] * 8), np.full((8, 2, len(OFFSETS)), 0.0))
+    # From far away or with a wide cone, a station detects a wall from a little past its end. Facing a narrow gap it
+    # would detect the nearer end, not both.
+    many = LineEvidence(np.full(8, 0.25), np.array([[0.0, 0.25]] * 8), np.zeros((8, 2, len(OFFSETS))))
     many.log_ratios[:, :, OFFSETS < 0.1] = 20.0
     history = replace(east.history, line=east.history.line.joined(many))
     assert len(segments_of([replace(east, history=history)])) == 1
@@ -121,8 +121,9 @@ def test_the_path_of_the_robot_opens_a_wall() -> None:
     assert before.is_free(before.high, after.low)
 
 
-def test_the_path_of_the_robot_outweighs_any_number_of_detections() -> None:
-    many = [*row(), *[(0.0, 0.0)] * 15, *[(0.0, 0.06)] * 15]
+@pytest.mark.parametrize("count", [15, 100])
+def test_the_path_of_the_robot_outweighs_any_number_of_detections(count: int) -> None:
+    many = [*row(), *[(0.0, 0.0)] * count, *[(0.0, 0.06)] * count]
     known = remembered(detecting(listening(many), [LONG]), [EAST])
     before, after = segments_of(known, path_xy=across(0.03))
     assert -0.15 < before.high < 0.03 < after.low < 0.2
