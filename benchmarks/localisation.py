@@ -176,7 +176,7 @@ def run(seed: int) -> Outcome:
     drive = random_drive(seed)
     sweeps, truth, rig = tuple(drive), drive.truth.poses, drive.rig
     feature_map, another = (mapped(random_simulation(each)) for each in (seed, seed + ANOTHER))
-    start, carried = truth[0] + np.random.default_rng(seed).normal(0.0, START_SIGMAS), None
+    start, carried = truth[0] + np.random.default_rng([seed, 1]).normal(0.0, START_SIGMAS), None
     if len(sweeps) > PUT_DOWN:
         there = np.concatenate([truth[:TAKEN], truth[PUT_DOWN:]])
         carried = localised(carried_elsewhere(sweeps), feature_map, truth=there, rig=rig, start=start)

@@ -52,7 +52,7 @@ BENCHMARKS = (
     "joint.py 60 --by-hand 0.01",
     "joint.py 48 --by-hand 0.02",
     "rays.py",
-    "rays.py --as-sound",
+    "rays.py 8 --as-sound",
     "rays.py 8 --noise 0.01",
     "third_party_simulator.py",
     "third_party_simulator.py --burst smooth",

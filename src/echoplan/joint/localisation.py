@@ -1,11 +1,11 @@
 """Localisation in a known map: the poses of a recording, from a known or an unknown start.
 
-Each station is registered to the landmarks of the map by scan matching: the first one everywhere in the map, the others
-near the pose that odometry predicts. Of several possible starts each is followed until it is far less likely than the
-best one. Where a station does not fit, the robot may be outside of the map, or it may have been carried to any pose in
-it, which costs the logarithm of their number: both are followed, and what comes later decides. The poses of the tracks
-that remain are optimised, with the map as their prior, and compared by what the map explains and what it should have
-returned. The estimator then goes on from the likeliest one.
+Each station is registered to the landmarks of the map by scan matching: the first one everywhere in the map or near a
+start, the others near the pose that odometry predicts. Of several possible starts each is followed until it is far less
+likely than the best one. Where a station does not fit, the robot may be outside of the map, or it may have been carried
+to any pose in it, which costs the logarithm of their number: both are followed, and what comes later decides. The poses
+of the tracks that remain are optimised, with the map as their prior, and compared by what the map explains and what it
+should have returned. The estimator then goes on from the likeliest one.
 """
 
 import math
@@ -74,7 +74,8 @@ def localise(
     rig : Rig
         Sensors that recorded the sweeps.
     start : ndarray, shape (3,), optional
-        About where the first sweep was made: x, y and yaw in the frame of the map [m, m, rad]. Anywhere by default.
+        About where the first sweep was made, right to 0.3 m and 30 degrees: x, y and yaw in the frame of the map [m, m,
+        rad]. Anywhere by default.
     carried_until : float, optional
         Last station, counted from 0, before which the robot may have been carried elsewhere.  Every station by default.
     settings : JointSettings, optional
