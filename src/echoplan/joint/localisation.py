@@ -211,20 +211,16 @@ class _Search:
         return -0.5 * float(np.sum((np.append(off[:2], wrap(off[2])) / _START_SIGMAS) ** 2))
 
     def at_start(self) -> list[_Track]:
-        """Return the poses near the start at which the first station fits; it may also be outside of the map there."""
+        """Return the poses at which the first station fits: anywhere, or near the start, where it may not fit, too."""
         if self.start is None:
-            return self.anywhere(0)
+            return self._fitting(0, self.grid)
         grid = pose_grid(self.start[:2] + 3.0 * np.outer([-1.0, 1.0], _START_SIGMAS[:2]))
         grid = grid[np.abs(wrap(grid[:, 2] - self.start[2])) <= 3.0 * _START_SIGMAS[2]]
         tracks = [each._replace(gain=each.gain + self.log_prior(each.poses[0])) for each in self._fitting(0, grid)]
         return [*tracks, _Track(0, self.start[None], np.zeros(1))]
 
-    def anywhere(self, station: int) -> list[_Track]:
-        """Return the poses all over the map at which a station fits, the best first; there may be none."""
-        return self._fitting(station, self.grid)
-
     def _fitting(self, station: int, grid: FloatArray) -> list[_Track]:
-        """Return the poses near those of a grid at which a station fits, the best first."""
+        """Return the poses near those of a grid at which a station fits, the best first; there may be none."""
         poses, scores = find_poses(
             self.scans[station], self.landmark_map, grid=grid, settings=self.settings.localisation
         )
@@ -238,7 +234,7 @@ class _Search:
         """
         if station > self.carried_until:
             return []
-        found, before = self.anywhere(station), tuple(tracks)
+        found, before = self._fitting(station, self.grid), tuple(tracks)
         price = math.log(max(len(self.grid), 1)) + VERY_STRONG
         return [each._replace(before=before, gain=each.gain + before[0].total - price) for each in found]
 
